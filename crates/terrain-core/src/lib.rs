@@ -1,0 +1,25 @@
+//! What every part of the workspace shares: the heightmap, the view, the frame plan, and the oracles that judge a mesh.
+//!
+//! *A method plans, the renderer replays, the bench records.* A [`LodMethod`] turns a [`View`] into a [`FramePlan`];
+//! the renderer replays it on the GPU, the [`MeshMirror`] on the CPU; statistics are counted from the plan
+//! ([`FrameStats`]), cracks and errors from the mirror's triangles ([`watertight`], [`error`]).
+
+pub mod contract;
+pub mod error;
+pub mod flight;
+mod heightmap;
+mod method;
+mod mirror;
+mod plan;
+mod random;
+mod stats;
+mod vertex;
+mod view;
+pub mod watertight;
+
+pub use heightmap::{Heightmap, HeightmapError};
+pub use method::LodMethod;
+pub use plan::{Buffer, BufferSizes, Draw, FramePlan, PatchTag, Upload, VertexKind, WorkReport};
+pub use random::SplitMix64;
+pub use vertex::{BakedVertex, LocalVertex, PatchInstance, Sample};
+pub use view::{Aabb, Camera, Lens, View, ViewError};

@@ -1,0 +1,25 @@
+//! The one trait of the project.
+
+use crate::{BufferSizes, FramePlan, View};
+
+/// Decides, for each view, what the GPU should draw. Knows nothing of any graphics API.
+///
+/// Every implementation passes [`contract::check`](crate::contract::check):
+///
+/// 1. Draws touch only bytes that this or an earlier plan uploaded.
+/// 2. Draws are triangle lists, counter-clockwise seen from above; vertices are DEM samples with the DEM's heights;
+///    areas are positive (zero is allowed on the DEM's outline alone).
+/// 3. With culling off the triangles are watertight and cover the DEM exactly once, in every frame.
+/// 4. The plan is a pure function of construction and the views so far, byte for byte, on any number of threads
+///    ([`WorkReport`](crate::WorkReport)s, which hold times, aside).
+/// 5. The second plan for an unchanged view uploads nothing.
+pub trait LodMethod: Send {
+    /// Short name for command lines, tables and file names, such as "full-grid".
+    fn name(&self) -> &'static str;
+
+    /// What the three buffers must hold; fixed for life.
+    fn buffers(&self) -> BufferSizes;
+
+    /// Writes into `plan` (cleared first) what this frame uploads and draws.
+    fn plan(&mut self, view: &View, plan: &mut FramePlan);
+}

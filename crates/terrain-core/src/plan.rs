@@ -1,0 +1,144 @@
+//! What a method wants the GPU to do in one frame: plain data, replayed by the renderer and by the mirror.
+
+use std::ops::Range;
+use std::time::Duration;
+
+/// One of the three buffers of a method.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Buffer {
+    /// [`BakedVertex`](crate::BakedVertex) or [`LocalVertex`](crate::LocalVertex), as the method's [`VertexKind`] says.
+    Vertices,
+    /// `u32` indices, three a triangle.
+    Indices,
+    /// [`PatchInstance`](crate::PatchInstance); only with [`VertexKind::Displaced`].
+    Instances,
+}
+
+/// Where a vertex gets its height from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum VertexKind {
+    /// The vertex holds its sample coordinate and its height ([`BakedVertex`](crate::BakedVertex)).
+    /// `Draw::instances` is then `tag..tag + 1` with a [`PatchTag`].
+    Baked,
+    /// The vertex holds a local coordinate ([`LocalVertex`](crate::LocalVertex)), the instance maps it to a sample
+    /// ([`PatchInstance`](crate::PatchInstance)), the height comes from the DEM.
+    Displaced,
+}
+
+/// Sizes in bytes of a method's buffers, fixed for life, and the kind of its vertices.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct BufferSizes {
+    /// Where a vertex gets its height from.
+    pub vertex_kind: VertexKind,
+    /// Bytes of the vertex buffer.
+    pub vertices: u64,
+    /// Bytes of the index buffer.
+    pub indices: u64,
+    /// Bytes of the instance buffer; 0 with [`VertexKind::Baked`].
+    pub instances: u64,
+}
+
+/// A write of `FramePlan::bytes[bytes]` to a buffer.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Upload {
+    /// The buffer to write.
+    pub buffer: Buffer,
+    /// Byte offset in that buffer, a multiple of 4.
+    pub offset: u64,
+    /// The bytes in [`FramePlan::bytes`], their number a multiple of 4.
+    pub bytes: Range<usize>,
+}
+
+/// One indexed draw: exactly the arguments of an indexed-indirect draw.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Draw {
+    /// Range of indices (not bytes) in the index buffer.
+    pub indices: Range<u32>,
+    /// Added to every index.
+    pub base_vertex: i32,
+    /// Range of instances; with baked vertices it carries a [`PatchTag`].
+    pub instances: Range<u32>,
+}
+
+impl Draw {
+    /// A draw of baked vertices, tagged for the pictures that colour by patch or by level.
+    pub fn baked(indices: Range<u32>, base_vertex: i32, tag: PatchTag) -> Self {
+        let tag = tag.to_instance();
+        Self { indices, base_vertex, instances: tag..tag + 1 }
+    }
+
+    /// Triangles that this draw sends to the GPU, degenerate ones included.
+    pub fn triangles(&self) -> u64 {
+        (self.indices.len() / 3) as u64 * self.instances.len() as u64
+    }
+}
+
+/// What a draw of baked vertices belongs to. It travels as the draw's instance index, so it costs no buffer.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct PatchTag {
+    /// Number of the patch, below 2^27.
+    pub patch: u32,
+    /// Level of detail, 0 = finest, below 16.
+    pub level: u32,
+}
+
+impl PatchTag {
+    /// `patch * 16 + level`; `shaders/terrain.wgsl` takes it apart again.
+    pub fn to_instance(self) -> u32 {
+        debug_assert!(self.level < 16 && self.patch < 1 << 27, "{self:?}");
+        self.patch << 4 | self.level
+    }
+}
+
+/// One finished round of updates, for the statistics: nothing is decided from it.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct WorkReport {
+    /// Patches that were triangulated anew.
+    pub patches: u32,
+    /// Triangles that were made.
+    pub triangles: u64,
+    /// Time spent selecting samples, summed over all threads.
+    pub select: Duration,
+    /// Time spent triangulating, summed over all threads.
+    pub triangulate: Duration,
+    /// Duration of the whole update (Bertilsson and Goswami 2016, Table 2).
+    pub update: Duration,
+}
+
+/// Everything that a method wants the GPU to do this frame. Reused from frame to frame.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct FramePlan {
+    /// Applied in order, before the draws.
+    pub uploads: Vec<Upload>,
+    /// The bytes that the uploads refer to.
+    pub bytes: Vec<u8>,
+    /// Executed in order.
+    pub draws: Vec<Draw>,
+    /// Updates that finished since the last frame.
+    pub work: Vec<WorkReport>,
+}
+
+impl FramePlan {
+    /// Empties the plan and keeps its memory.
+    pub fn clear(&mut self) {
+        self.uploads.clear();
+        self.bytes.clear();
+        self.draws.clear();
+        self.work.clear();
+    }
+
+    /// Adds a write of plain values at a byte offset. Nothing is added for an empty slice.
+    pub fn upload<T: bytemuck::NoUninit>(&mut self, buffer: Buffer, offset: u64, values: &[T]) {
+        if values.is_empty() {
+            return;
+        }
+        let start = self.bytes.len();
+        self.bytes.extend_from_slice(bytemuck::cast_slice(values));
+        self.uploads.push(Upload { buffer, offset, bytes: start..self.bytes.len() });
+    }
+
+    /// The bytes of one upload.
+    pub fn bytes_of(&self, upload: &Upload) -> &[u8] {
+        &self.bytes[upload.bytes.clone()]
+    }
+}

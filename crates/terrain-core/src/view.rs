@@ -1,0 +1,233 @@
+//! The camera at one frame, and the one place where metres become pixels.
+
+use glam::{DMat4, DQuat, DVec3, DVec4};
+
+/// A box along the world's axes, in metres.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Aabb {
+    /// Smallest x, y, z.
+    pub min: [f64; 3],
+    /// Largest x, y, z.
+    pub max: [f64; 3],
+}
+
+/// Position and direction of the camera. Angles are in radians.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Camera {
+    /// World position in metres.
+    pub eye_world: DVec3,
+    /// Clockwise from north (-z): 0 looks north, a quarter turn looks east (+x).
+    pub heading: f64,
+    /// Above the horizon; -pi/2 looks straight down.
+    pub pitch: f64,
+}
+
+/// The projection: picture size and field of view. The near plane is the only depth limit.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Lens {
+    /// Vertical field of view in radians, between 0 and pi (exclusive).
+    pub fov_y: f64,
+    /// Picture width and height in pixels, each at least 1.
+    pub size_px: [u32; 2],
+    /// Distance of the near plane in metres. There is no far plane.
+    pub near_m: f64,
+}
+
+/// A camera that cannot be used: some number of it is not finite or out of range.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[error("unusable camera: {0}")]
+pub struct ViewError(String);
+
+/// Everything that a method may know of the camera: where it is, what it sees, and how large a metre is there.
+#[derive(Clone, Debug, PartialEq)]
+pub struct View {
+    /// Position of the eye in metres.
+    pub eye_world: DVec3,
+    /// World to clip space: right-handed, reversed depth (1 at the near plane, 0 at infinity).
+    pub clip_from_world: DMat4,
+    /// The same without the translation, for positions relative to the eye: exact on the GPU in f32.
+    pub clip_from_eye: DMat4,
+    /// Vertical field of view in radians.
+    pub fov_y: f64,
+    /// Picture width and height in pixels.
+    pub size_px: [u32; 2],
+    /// Left, right, bottom, top, near: a point p is inside where `plane.xyz . p + plane.w >= 0` for all five.
+    frustum_world: [DVec4; 5],
+}
+
+impl View {
+    /// The view of `camera` through `lens`; refuses numbers that are not finite or out of range.
+    pub fn new(camera: &Camera, lens: &Lens) -> Result<Self, ViewError> {
+        check(camera, lens)?;
+        let DVec3 { x, y, z } = camera.eye_world;
+        // Looking along -z is north. Heading turns clockwise seen from above, pitch lifts the nose.
+        let world_from_eye = DQuat::from_rotation_y(-camera.heading) * DQuat::from_rotation_x(camera.pitch);
+        let eye_from_direction = DMat4::from_quat(world_from_eye.conjugate());
+        let clip_from_eye = clip_from_view(lens) * eye_from_direction;
+        let clip_from_world = clip_from_eye * DMat4::from_translation(-DVec3::new(x, y, z));
+        Ok(Self {
+            eye_world: camera.eye_world,
+            clip_from_world,
+            clip_from_eye,
+            fov_y: lens.fov_y,
+            size_px: lens.size_px,
+            frustum_world: frustum(&clip_from_eye, camera.eye_world),
+        })
+    }
+
+    /// **The** projection formula: how many pixels `error_m` metres at `distance_m` from the eye cover at most.
+    ///
+    /// `error_m * viewport height / (2 tan(fov_y / 2) * distance)`; it does not change when the camera turns.
+    pub fn pixels(&self, error_m: f64, distance_m: f64) -> f64 {
+        error_m * self.pixels_per_radian() / distance_m
+    }
+
+    /// The inverse of [`View::pixels`]: the largest error in metres that stays within `error_px` at that distance.
+    pub fn metres(&self, error_px: f64, distance_m: f64) -> f64 {
+        error_px * distance_m / self.pixels_per_radian()
+    }
+
+    fn pixels_per_radian(&self) -> f64 {
+        self.size_px[1] as f64 / (2.0 * (0.5 * self.fov_y).tan())
+    }
+
+    /// Distance in metres from the eye to the nearest point of a box; 0 inside it.
+    pub fn distance_m(&self, bounds: &Aabb) -> f64 {
+        let nearest = self.eye_world.clamp(DVec3::from(bounds.min), DVec3::from(bounds.max));
+        nearest.distance(self.eye_world)
+    }
+
+    /// Whether a world point is inside the frustum (its planes included).
+    pub fn sees_point(&self, point_world: DVec3) -> bool {
+        self.frustum_world.iter().all(|plane| plane.truncate().dot(point_world) + plane.w >= 0.0)
+    }
+
+    /// Whether a box may be in sight: `false` only where it lies wholly behind one plane of the frustum.
+    pub fn sees(&self, bounds: &Aabb) -> bool {
+        let (min, max) = (DVec3::from(bounds.min), DVec3::from(bounds.max));
+        self.frustum_world.iter().all(|plane| {
+            let normal = plane.truncate();
+            let farthest = DVec3::select(normal.cmpge(DVec3::ZERO), max, min);
+            normal.dot(farthest) + plane.w >= 0.0
+        })
+    }
+}
+
+fn check(camera: &Camera, lens: &Lens) -> Result<(), ViewError> {
+    let fail = |what: String| Err(ViewError(what));
+    if !camera.eye_world.is_finite() || !camera.heading.is_finite() || !camera.pitch.is_finite() {
+        return fail(format!("{camera:?} is not finite"));
+    }
+    if !(lens.fov_y > 0.0 && lens.fov_y < std::f64::consts::PI) {
+        return fail(format!(
+            "field of view {} degrees: expected more than 0 and less than 180",
+            lens.fov_y.to_degrees()
+        ));
+    }
+    if lens.size_px.contains(&0) {
+        return fail(format!("picture of {} x {} pixels", lens.size_px[0], lens.size_px[1]));
+    }
+    if !(lens.near_m > 0.0 && lens.near_m.is_finite()) {
+        return fail(format!("near plane at {} m", lens.near_m));
+    }
+    Ok(())
+}
+
+/// Reversed depth with the far plane at infinity: with a float depth buffer the precision is nearly even over all
+/// distances, so neither a ridge at 100 km nor a stone at 1 m needs a tuned range.
+fn clip_from_view(lens: &Lens) -> DMat4 {
+    let focal = 1.0 / (0.5 * lens.fov_y).tan();
+    let aspect = lens.size_px[0] as f64 / lens.size_px[1] as f64;
+    DMat4::from_cols(
+        DVec4::new(focal / aspect, 0.0, 0.0, 0.0),
+        DVec4::new(0.0, focal, 0.0, 0.0),
+        DVec4::new(0.0, 0.0, 0.0, -1.0),
+        DVec4::new(0.0, 0.0, lens.near_m, 0.0),
+    )
+}
+
+/// The planes -w <= x <= w, -w <= y <= w, z <= w, taken relative to the eye first: no cancellation far from the origin.
+fn frustum(clip_from_eye: &DMat4, eye_world: DVec3) -> [DVec4; 5] {
+    let rows = clip_from_eye.transpose();
+    let (x, y, z, w) = (rows.x_axis, rows.y_axis, rows.z_axis, rows.w_axis);
+    [w + x, w - x, w + y, w - y, w - z].map(|plane| {
+        let normal = plane.truncate();
+        let length = normal.length();
+        (normal / length).extend(plane.w / length - (normal / length).dot(eye_world))
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::f64::consts::FRAC_PI_2;
+
+    fn view(heading_deg: f64, pitch_deg: f64) -> View {
+        let camera = Camera {
+            eye_world: DVec3::new(100.0, 50.0, 200.0),
+            heading: heading_deg.to_radians(),
+            pitch: pitch_deg.to_radians(),
+        };
+        View::new(&camera, &Lens { fov_y: FRAC_PI_2, size_px: [200, 100], near_m: 1.0 }).unwrap()
+    }
+
+    fn ndc(view: &View, offset: [f64; 3]) -> DVec3 {
+        let clip = view.clip_from_world * (view.eye_world + DVec3::from(offset)).extend(1.0);
+        clip.truncate() / clip.w
+    }
+
+    #[test]
+    fn heading_is_clockwise_from_north_and_pitch_lifts() {
+        let centre = |v: &View, offset| ndc(v, offset).truncate().length() < 1e-12;
+        assert!(centre(&view(0.0, 0.0), [0.0, 0.0, -10.0]), "north");
+        assert!(centre(&view(90.0, 0.0), [10.0, 0.0, 0.0]), "east");
+        assert!(centre(&view(180.0, 0.0), [0.0, 0.0, 10.0]), "south");
+        assert!(centre(&view(90.0, -45.0), [10.0, -10.0, 0.0]), "east, down");
+        // Looking north, east is to the right and up is up.
+        assert!(ndc(&view(0.0, 0.0), [5.0, 0.0, -10.0]).x > 0.0);
+        assert!(ndc(&view(0.0, 0.0), [0.0, 5.0, -10.0]).y > 0.0);
+    }
+
+    #[test]
+    fn depth_is_one_at_the_near_plane_and_falls_to_zero() {
+        let v = view(30.0, -10.0);
+        let forward = DVec3::from(v.clip_from_eye.transpose().w_axis.truncate());
+        let depth = |metres: f64| ndc(&v, (forward * metres).into()).z;
+        assert!((depth(1.0) - 1.0).abs() < 1e-12);
+        assert!(depth(1e7) > 0.0 && depth(1e7) < 1e-6);
+    }
+
+    #[test]
+    fn frustum_agrees_with_clip_space() {
+        let v = view(17.0, -23.0);
+        let mut random = crate::SplitMix64::new(1);
+        let mut inside = 0;
+        for _ in 0..10_000 {
+            let p = v.eye_world + DVec3::from([(); 3].map(|_| random.range(-100.0, 100.0)));
+            let c = v.clip_from_world * p.extend(1.0);
+            let expected = c.x.abs() <= c.w && c.y.abs() <= c.w && c.z <= c.w && c.w > 0.0;
+            assert_eq!(v.sees_point(p), expected, "{p}");
+            inside += expected as u32;
+        }
+        assert!(inside > 1000);
+    }
+
+    #[test]
+    fn pixels_of_a_vertical_metre_in_the_middle_of_the_picture() {
+        let v = view(0.0, 0.0);
+        // fov_y of 90 degrees on 100 px: at 50 m, the half height of 50 m covers 50 px.
+        assert!((v.pixels(50.0, 50.0) - 50.0).abs() < 1e-12);
+        assert!((v.metres(v.pixels(3.0, 70.0), 70.0) - 3.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn unusable_cameras_are_refused() {
+        let lens = Lens { fov_y: 1.0, size_px: [1, 1], near_m: 1.0 };
+        let camera = Camera { eye_world: DVec3::ZERO, heading: 0.0, pitch: 0.0 };
+        assert!(View::new(&Camera { heading: f64::NAN, ..camera }, &lens).is_err());
+        assert!(View::new(&Camera { eye_world: DVec3::INFINITY, ..camera }, &lens).is_err());
+        assert!(View::new(&camera, &Lens { fov_y: 3.2, ..lens }).is_err());
+        assert!(View::new(&camera, &Lens { size_px: [0, 1], ..lens }).is_err());
+        assert!(View::new(&camera, &Lens { near_m: 0.0, ..lens }).is_err());
+    }
+}
