@@ -15,11 +15,14 @@ mod random;
 mod stats;
 mod vertex;
 mod view;
+pub mod walk;
 pub mod watertight;
 
 pub use heightmap::{Heightmap, HeightmapError};
 pub use method::LodMethod;
+pub use mirror::{MeshMirror, MirrorError, Triangle};
 pub use plan::{Buffer, BufferSizes, Draw, FramePlan, PatchTag, Upload, VertexKind, WorkReport};
 pub use random::SplitMix64;
+pub use stats::FrameStats;
 pub use vertex::{BakedVertex, LocalVertex, PatchInstance, Sample};
 pub use view::{Aabb, Camera, Lens, View, ViewError};

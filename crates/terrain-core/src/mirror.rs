@@ -1,1 +1,299 @@
+//! The GPU's twin on the CPU: applies plans to copies of the three buffers and yields triangles.
 
+use std::ops::Range;
+
+use crate::{
+    BakedVertex, Buffer, BufferSizes, Draw, FramePlan, Heightmap, LocalVertex, PatchInstance, Sample, Upload,
+    VertexKind,
+};
+
+/// A triangle as the GPU would draw it, its corners at samples of the DEM.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Triangle {
+    /// The corners, counter-clockwise seen from above where the mesh is sound.
+    pub samples: [Sample; 3],
+    /// Heights of the corners in metres, as the vertices hold them.
+    pub heights_m: [f32; 3],
+}
+
+impl Triangle {
+    /// Twice the area in grid intervals, positive where the corners run counter-clockwise seen from above
+    /// (x to the right, z towards the viewer).
+    pub fn doubled_area(&self) -> i64 {
+        let [a, b, c] = self.samples.map(|s| (s.column as i64, s.row as i64));
+        (c.0 - a.0) * (b.1 - a.1) - (b.0 - a.0) * (c.1 - a.1)
+    }
+}
+
+/// A plan that the GPU could not execute, or that would read what nobody wrote.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum MirrorError {
+    /// A write beyond the end of a buffer, or not aligned to 4 bytes.
+    #[error("upload of {} bytes at {} of {:?}: the buffer has {size} bytes, and 4-byte steps", .upload.bytes.len(), .upload.offset, .upload.buffer)]
+    Upload {
+        /// The write.
+        upload: Upload,
+        /// Bytes of that buffer.
+        size: u64,
+    },
+    /// A draw that reads elements that are not there or that no upload has written.
+    #[error("draw {draw:?} reads {elements:?} of {buffer:?}, where not all is uploaded")]
+    Unwritten {
+        /// The draw.
+        draw: Draw,
+        /// The buffer it reads.
+        buffer: Buffer,
+        /// The elements (indices, vertices or instances) it reads.
+        elements: Range<u64>,
+    },
+    /// The sample of a vertex lies outside of the DEM.
+    #[error("draw {draw:?} has a vertex at column {}, row {}: outside of the DEM", .sample.column, .sample.row)]
+    OutsideDem {
+        /// The draw.
+        draw: Draw,
+        /// The vertex's sample.
+        sample: Sample,
+    },
+}
+
+/// CPU copies of a method's buffers, and the mesh of the last plan.
+pub struct MeshMirror<'a> {
+    heightmap: &'a Heightmap,
+    vertex_kind: VertexKind,
+    vertices: Words,
+    indices: Words,
+    instances: Words,
+    draws: Vec<Draw>,
+    triangles: Vec<Triangle>,
+    degenerate: Vec<Triangle>,
+}
+
+impl<'a> MeshMirror<'a> {
+    /// Empty buffers of the given sizes over a DEM.
+    pub fn new(sizes: &BufferSizes, heightmap: &'a Heightmap) -> Self {
+        Self {
+            heightmap,
+            vertex_kind: sizes.vertex_kind,
+            vertices: Words::new(sizes.vertices),
+            indices: Words::new(sizes.indices),
+            instances: Words::new(sizes.instances),
+            draws: Vec::new(),
+            triangles: Vec::new(),
+            degenerate: Vec::new(),
+        }
+    }
+
+    /// Executes a plan. Returns whether the mesh may differ from the one before.
+    pub fn replay(&mut self, plan: &FramePlan) -> Result<bool, MirrorError> {
+        for upload in &plan.uploads {
+            self.words_mut(upload.buffer).write(upload, plan.bytes_of(upload))?;
+        }
+        if plan.uploads.is_empty() && plan.draws == self.draws {
+            return Ok(false);
+        }
+        self.draws.clone_from(&plan.draws);
+        self.triangles.clear();
+        self.degenerate.clear();
+        for draw in &plan.draws {
+            self.expand(draw)?;
+        }
+        Ok(true)
+    }
+
+    /// The triangles of the last plan in drawing order, those without area left out.
+    pub fn triangles(&self) -> &[Triangle] {
+        &self.triangles
+    }
+
+    /// The triangles of the last plan that have no area.
+    pub fn degenerate(&self) -> &[Triangle] {
+        &self.degenerate
+    }
+
+    fn words_mut(&mut self, buffer: Buffer) -> &mut Words {
+        match buffer {
+            Buffer::Vertices => &mut self.vertices,
+            Buffer::Indices => &mut self.indices,
+            Buffer::Instances => &mut self.instances,
+        }
+    }
+
+    fn expand(&mut self, draw: &Draw) -> Result<(), MirrorError> {
+        let range = draw.indices.start as u64..draw.indices.end as u64;
+        let unwritten = |buffer, elements| MirrorError::Unwritten { draw: draw.clone(), buffer, elements };
+        let indices: &[u32] =
+            self.indices.written(range.clone()).ok_or_else(|| unwritten(Buffer::Indices, range.clone()))?;
+        // Baked draws carry a tag in the instance range: one instance, no buffer behind it.
+        let instances = match self.vertex_kind {
+            VertexKind::Baked => 0..1,
+            VertexKind::Displaced => draw.instances.start as u64..draw.instances.end as u64,
+        };
+        for instance in instances {
+            let instance: Option<PatchInstance> = match self.vertex_kind {
+                VertexKind::Baked => None,
+                VertexKind::Displaced => {
+                    let one = instance..instance + 1;
+                    Some(self.instances.written(one.clone()).ok_or_else(|| unwritten(Buffer::Instances, one))?[0])
+                }
+            };
+            for corners in indices.chunks_exact(3) {
+                let triangle = self.triangle(draw, [corners[0], corners[1], corners[2]], instance.as_ref())?;
+                let kept = if triangle.doubled_area() == 0 { &mut self.degenerate } else { &mut self.triangles };
+                kept.push(triangle);
+            }
+        }
+        Ok(())
+    }
+
+    fn triangle(
+        &self,
+        draw: &Draw,
+        corners: [u32; 3],
+        instance: Option<&PatchInstance>,
+    ) -> Result<Triangle, MirrorError> {
+        let mut triangle = Triangle { samples: [Sample { column: 0, row: 0 }; 3], heights_m: [0.0; 3] };
+        for (i, index) in corners.into_iter().enumerate() {
+            let vertex = (index as i64 + draw.base_vertex as i64) as u64;
+            let (sample, height_m) = self.vertex(vertex, instance).ok_or_else(|| MirrorError::Unwritten {
+                draw: draw.clone(),
+                buffer: Buffer::Vertices,
+                elements: vertex..vertex.wrapping_add(1),
+            })?;
+            if sample.column >= self.heightmap.columns() || sample.row >= self.heightmap.rows() {
+                return Err(MirrorError::OutsideDem { draw: draw.clone(), sample });
+            }
+            triangle.samples[i] = sample;
+            triangle.heights_m[i] = height_m.unwrap_or_else(|| self.heightmap.height_m(sample));
+        }
+        Ok(triangle)
+    }
+
+    /// Sample of a vertex and, where it is baked, its height; nothing where no upload has written it.
+    fn vertex(&self, vertex: u64, instance: Option<&PatchInstance>) -> Option<(Sample, Option<f32>)> {
+        let one = vertex..vertex.checked_add(1)?;
+        match instance {
+            None => {
+                let baked: &BakedVertex = &self.vertices.written(one)?[0];
+                let [column, row] = baked.sample.map(u32::from);
+                Some((Sample { column, row }, Some(baked.height_m)))
+            }
+            Some(instance) => {
+                let local: &LocalVertex = &self.vertices.written(one)?[0];
+                Some((instance.sample(*local, self.heightmap.columns(), self.heightmap.rows()), None))
+            }
+        }
+    }
+}
+
+/// A buffer in 4-byte words that knows which of them were written.
+struct Words {
+    words: Vec<u32>,
+    written: Vec<bool>,
+}
+
+impl Words {
+    fn new(bytes: u64) -> Self {
+        let length = bytes.div_ceil(4) as usize;
+        Self { words: vec![0; length], written: vec![false; length] }
+    }
+
+    fn write(&mut self, upload: &Upload, bytes: &[u8]) -> Result<(), MirrorError> {
+        let size = self.words.len() as u64 * 4;
+        let end = upload.offset.checked_add(bytes.len() as u64);
+        let aligned = upload.offset.is_multiple_of(4) && bytes.len().is_multiple_of(4);
+        if !aligned || end.is_none_or(|end| end > size) {
+            return Err(MirrorError::Upload { upload: upload.clone(), size });
+        }
+        let first = upload.offset as usize;
+        bytemuck::cast_slice_mut::<u32, u8>(&mut self.words)[first..first + bytes.len()].copy_from_slice(bytes);
+        self.written[first / 4..(first + bytes.len()) / 4].fill(true);
+        Ok(())
+    }
+
+    /// A range of elements, if all of it exists and was written.
+    fn written<T: bytemuck::AnyBitPattern>(&self, elements: Range<u64>) -> Option<&[T]> {
+        let words_each = (size_of::<T>() / 4) as u64;
+        let start = usize::try_from(elements.start.checked_mul(words_each)?).ok()?;
+        let end = usize::try_from(elements.end.checked_mul(words_each)?).ok()?;
+        let all_written = self.written.get(start..end)?.iter().all(|written| *written);
+        all_written.then(|| bytemuck::cast_slice(&self.words[start..end]))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::PatchTag;
+
+    fn dem() -> Heightmap {
+        Heightmap::new(3, 2, [1.0; 2], vec![0.0, 1.0, 2.0, 3.0, 4.0, 5.0]).unwrap()
+    }
+
+    const BAKED: BufferSizes = BufferSizes { vertex_kind: VertexKind::Baked, vertices: 48, indices: 24, instances: 0 };
+
+    fn sample(column: u32, row: u32) -> Sample {
+        Sample { column, row }
+    }
+
+    #[test]
+    fn baked_draws_become_triangles() {
+        let dem = dem();
+        let mut plan = FramePlan::default();
+        plan.upload(Buffer::Vertices, 0, &BakedVertex::whole_dem(&dem));
+        plan.upload(Buffer::Indices, 0, &[0u32, 3, 1, 0, 1, 2]);
+        plan.draws.push(Draw::baked(0..6, 0, PatchTag { patch: 5, level: 1 }));
+        plan.draws.push(Draw::baked(0..3, 1, PatchTag { patch: 6, level: 1 }));
+        let mut mirror = MeshMirror::new(&BAKED, &dem);
+        assert_eq!(mirror.replay(&plan), Ok(true));
+        let first = Triangle { samples: [sample(0, 0), sample(0, 1), sample(1, 0)], heights_m: [0.0, 3.0, 1.0] };
+        let shifted = Triangle { samples: [sample(1, 0), sample(1, 1), sample(2, 0)], heights_m: [1.0, 4.0, 2.0] };
+        assert_eq!(mirror.triangles(), [first, shifted]);
+        assert_eq!(first.doubled_area(), 1);
+        assert_eq!(mirror.degenerate().len(), 1, "three samples of one row");
+        plan.uploads.clear();
+        assert_eq!(mirror.replay(&plan), Ok(false), "nothing uploaded, same draws");
+    }
+
+    #[test]
+    fn displaced_instances_are_clamped_to_the_rim() {
+        let dem = dem();
+        let sizes = BufferSizes { vertex_kind: VertexKind::Displaced, vertices: 12, indices: 12, instances: 32 };
+        let mut plan = FramePlan::default();
+        plan.upload(Buffer::Vertices, 0, &[[0, 0], [1, 0], [0, 1]].map(|uv| LocalVertex { uv }));
+        plan.upload(Buffer::Indices, 0, &[0u32, 1, 2]);
+        let south_east = PatchInstance { origin: [1, 0], leg_u: [0, 5], leg_v: [5, 0] };
+        let north_west = PatchInstance { origin: [2, 1], leg_u: [0, -1], leg_v: [-2, 0] };
+        plan.upload(Buffer::Instances, 0, &[south_east, north_west]);
+        plan.draws.push(Draw { indices: 0..3, base_vertex: 0, instances: 0..2 });
+        let mut mirror = MeshMirror::new(&sizes, &dem);
+        mirror.replay(&plan).unwrap();
+        let corners: Vec<_> = mirror.triangles().iter().map(|t| t.samples).collect();
+        assert_eq!(corners, [[sample(1, 0), sample(1, 1), sample(2, 0)], [sample(2, 1), sample(2, 0), sample(0, 1)]]);
+        assert_eq!(mirror.triangles()[0].heights_m, [1.0, 4.0, 2.0]);
+    }
+
+    #[test]
+    fn unsound_plans_are_refused() {
+        let dem = dem();
+        let draw = Draw::baked(0..3, 0, PatchTag { patch: 0, level: 0 });
+        let mut plan = FramePlan::default();
+        plan.upload(Buffer::Indices, 0, &[0u32, 1, 3]);
+        plan.draws.push(draw.clone());
+        let unwritten = MeshMirror::new(&BAKED, &dem).replay(&plan);
+        assert!(matches!(unwritten, Err(MirrorError::Unwritten { buffer: Buffer::Vertices, .. })), "{unwritten:?}");
+
+        plan.draws[0].indices = 1..4;
+        let unwritten = MeshMirror::new(&BAKED, &dem).replay(&plan);
+        assert!(matches!(unwritten, Err(MirrorError::Unwritten { buffer: Buffer::Indices, .. })), "{unwritten:?}");
+
+        plan.upload(Buffer::Vertices, 44, &[0u32, 0]);
+        assert!(matches!(MeshMirror::new(&BAKED, &dem).replay(&plan), Err(MirrorError::Upload { size: 48, .. })));
+
+        let mut plan = FramePlan::default();
+        plan.upload(Buffer::Vertices, 0, &[BakedVertex { sample: [3, 0], height_m: 0.0 }]);
+        plan.upload(Buffer::Indices, 0, &[0u32; 3]);
+        plan.draws.push(draw);
+        let outside = MeshMirror::new(&BAKED, &dem).replay(&plan);
+        assert!(matches!(outside, Err(MirrorError::OutsideDem { .. })), "{outside:?}");
+    }
+}

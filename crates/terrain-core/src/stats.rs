@@ -1,1 +1,66 @@
+//! The one place where a frame is counted.
 
+use std::ops::Range;
+
+use crate::{Draw, FramePlan};
+
+/// Counts of one frame, all from its plan.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct FrameStats {
+    /// Triangles sent to the GPU, degenerate ones included.
+    pub triangles: u64,
+    /// Draws in the plan; how many draw calls they become is the renderer's [submission](crate::FramePlan).
+    pub draws: u64,
+    /// Bytes written to the method's buffers.
+    pub upload_bytes: u64,
+    /// Bytes of the index buffer that the draws read, each byte counted once.
+    pub index_bytes_used: u64,
+    /// Patches triangulated anew in the updates that finished since the last frame.
+    pub updated_patches: u64,
+}
+
+impl FrameStats {
+    /// Counts a plan.
+    pub fn of(plan: &FramePlan) -> Self {
+        Self {
+            triangles: plan.draws.iter().map(Draw::triangles).sum(),
+            draws: plan.draws.len() as u64,
+            upload_bytes: plan.uploads.iter().map(|upload| upload.bytes.len() as u64).sum(),
+            index_bytes_used: size_of::<u32>() as u64
+                * union_length(plan.draws.iter().map(|draw| draw.indices.clone())),
+            updated_patches: plan.work.iter().map(|work| work.patches as u64).sum(),
+        }
+    }
+}
+
+/// How many integers lie in at least one of the ranges.
+fn union_length(ranges: impl Iterator<Item = Range<u32>>) -> u64 {
+    let mut ranges: Vec<_> = ranges.collect();
+    ranges.sort_unstable_by_key(|range| (range.start, range.end));
+    let (mut covered_to, mut length) = (0, 0);
+    for range in ranges {
+        length += range.end.saturating_sub(range.start.max(covered_to)) as u64;
+        covered_to = covered_to.max(range.end);
+    }
+    length
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Buffer, WorkReport};
+
+    #[test]
+    fn counts_triangles_instances_uploads_and_shared_index_ranges() {
+        let mut plan = FramePlan::default();
+        plan.upload(Buffer::Indices, 0, &[0u32; 12]);
+        plan.upload(Buffer::Vertices, 0, &[0u32; 5]);
+        plan.draws.push(Draw { indices: 0..6, base_vertex: 0, instances: 7..8 });
+        plan.draws.push(Draw { indices: 3..12, base_vertex: 4, instances: 0..10 });
+        plan.draws.push(Draw { indices: 0..6, base_vertex: 9, instances: 8..9 });
+        plan.work.push(WorkReport { patches: 3, ..Default::default() });
+        let expected =
+            FrameStats { triangles: 34, draws: 3, upload_bytes: 68, index_bytes_used: 48, updated_patches: 3 };
+        assert_eq!(FrameStats::of(&plan), expected);
+    }
+}

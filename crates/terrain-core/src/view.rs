@@ -191,7 +191,7 @@ mod tests {
     #[test]
     fn depth_is_one_at_the_near_plane_and_falls_to_zero() {
         let v = view(30.0, -10.0);
-        let forward = DVec3::from(v.clip_from_eye.transpose().w_axis.truncate());
+        let forward = v.clip_from_eye.transpose().w_axis.truncate();
         let depth = |metres: f64| ndc(&v, (forward * metres).into()).z;
         assert!((depth(1.0) - 1.0).abs() < 1e-12);
         assert!(depth(1e7) > 0.0 && depth(1e7) < 1e-6);
