@@ -18,6 +18,7 @@ mod view;
 pub mod walk;
 pub mod watertight;
 
+pub use flight::{Flight, FlightError, FlightPath};
 pub use heightmap::{Heightmap, HeightmapError};
 pub use method::LodMethod;
 pub use mirror::{MeshMirror, MirrorError, Triangle};
