@@ -1,1 +1,5 @@
-//! Placeholder until the first commit.
+//! Terrain methods to compare against. The full grid is the reference: no error, one draw, every triangle.
+
+mod full_grid;
+
+pub use full_grid::FullGrid;

@@ -1,1 +1,28 @@
-//! Placeholder until the first commit.
+//! View-dependent triangulated irregular networks, made at run time.
+//!
+//! E. Bertilsson, P. Goswami: *Dynamic Creation of Multi-resolution Triangulated Irregular Network*, SIGRAD 2016.
+//!
+//! The DEM is divided into square patches. For each patch in view whose projected error has changed, the samples to
+//! keep are selected (Algorithm 1), connected by a Delaunay triangulation in the plane, and written to the patch's
+//! region of the index buffer; the vertex buffer is the DEM and never changes.
+//!
+//! | in the paper | here |
+//! |---|---|
+//! | point selection, Algorithm 1 (3.1) | `select.rs`, [`Options::tolerance_px`], [`Options::max_spacing`] |
+//! | border points (3.2) | `patches.rs` (edges are things of their own), `select.rs` |
+//! | Delaunay in the plane, lifted (3.3) | `triangulate.rs`; jitter is not needed, see there |
+//! | multi-resolution system, Algorithm 2 (4) | `update.rs`, `method.rs`: outdated patches in view, nearest first |
+//! | a region of a fully refined patch in the index buffer (4) | `method.rs` |
+//! | normals in a texture (4) | the renderer |
+//! | asynchronous update (4) | not yet: a plan waits for its update |
+//! | smoothing of selected heights (3.3, last paragraph) | not yet |
+
+mod method;
+mod options;
+mod patches;
+mod select;
+mod triangulate;
+mod update;
+
+pub use method::Tin;
+pub use options::{Options, TinError};

@@ -1,0 +1,82 @@
+//! The shared contract over real and awkward shapes, and what is the TIN's own.
+
+use std::sync::Arc;
+
+use terrain_core::walk::RandomWalk;
+use terrain_core::{FramePlan, Heightmap, LodMethod, SplitMix64, contract};
+use terrain_dem::synthetic;
+use tin_lod::{Options, Tin};
+
+fn check(dem: Heightmap, options: Options, seed: u64, frames: u32) {
+    let dem = Arc::new(dem);
+    let build = |build: contract::Build| -> Box<dyn LodMethod> {
+        let options = Options { culling: build.culling, threads: build.threads, ..options };
+        Box::new(Tin::new(dem.clone(), options).unwrap())
+    };
+    contract::check(&dem, build, seed, frames);
+}
+
+#[test]
+fn every_patch_size_over_synthetic_terrain() {
+    for patch in [8, 16, 32, 64] {
+        let options = Options { patch, ..Default::default() };
+        check(synthetic::generate(193, 250, 7), options, patch as u64, 60);
+    }
+}
+
+#[test]
+fn tolerances_and_spacings() {
+    for (tolerance_px, max_spacing) in [(0.25, None), (4.0, Some(16)), (50.0, Some(1)), (1e6, Some(11))] {
+        let options = Options { tolerance_px, max_spacing, patch: 16, ..Default::default() };
+        check(synthetic::generate(120, 97, 3), options, 11, 60);
+    }
+}
+
+#[test]
+fn awkward_shapes() {
+    for (columns, rows) in [(2, 2), (2, 70), (70, 2), (3, 3), (9, 8), (31, 33), (65, 65)] {
+        let mut random = SplitMix64::new(columns as u64);
+        let heights = (0..columns * rows).map(|_| random.range(0.0, 300.0) as f32).collect();
+        let dem = Heightmap::new(columns, rows, [30.0, 45.0], heights).unwrap();
+        check(dem, Options { patch: 8, ..Default::default() }, 5, 100);
+    }
+}
+
+#[test]
+fn flat_spiked_and_extreme_heights() {
+    type Height = fn(u32) -> f32;
+    let shapes: [Height; 3] =
+        [|_| 0.0, |i| if i == 700 { 9000.0 } else { 0.0 }, |i| if i % 2 == 0 { -1e4 } else { 1e4 }];
+    for height in shapes {
+        let dem = Heightmap::new(41, 41, [10.0; 2], (0..41 * 41).map(height).collect()).unwrap();
+        check(dem, Options { patch: 16, ..Default::default() }, 5, 100);
+    }
+}
+
+#[test]
+fn a_plan_updates_only_outdated_patches() {
+    let dem = Arc::new(synthetic::generate(513, 513, 2));
+    let mut tin = Tin::new(dem.clone(), Options::default()).unwrap();
+    let mut plan = FramePlan::default();
+    let (mut updated, mut drawn) = (0, 0);
+    for view in RandomWalk::new(4, &dem).take(200) {
+        tin.plan(&view, &mut plan);
+        updated += plan.work.iter().map(|work| work.patches as usize).sum::<usize>();
+        drawn += plan.draws.len();
+    }
+    assert!(updated * 2 < drawn, "{updated} of {drawn} patches triangulated anew: nothing is kept between frames");
+}
+
+#[test]
+fn options_out_of_range_are_refused_in_one_line() {
+    let refuse = |options: Options| options.validate().unwrap_err().to_string();
+    assert_eq!(refuse(Options { patch: 12, ..Default::default() }), "patch of 12 intervals: expected 8, 16, 32 or 64");
+    assert_eq!(
+        refuse(Options { tolerance_px: f64::NAN, ..Default::default() }),
+        "tolerance of NaN px: expected a finite number above 0"
+    );
+    assert_eq!(
+        refuse(Options { max_spacing: Some(33), ..Default::default() }),
+        "maximum spacing of 33 intervals: expected 1 to 32, the side of a patch"
+    );
+}
