@@ -1,0 +1,85 @@
+//! The three buffers of one method on the GPU.
+
+use terrain_core::{Buffer, BufferSizes, Draw, FramePlan, PatchInstance, VertexKind};
+use wgpu::BufferUsages;
+
+use crate::{Gpu, RenderError};
+
+/// Vertices, indices and instances of one method; written by its plans alone.
+#[derive(Debug)]
+pub struct MethodBuffers {
+    sizes: BufferSizes,
+    vertices: wgpu::Buffer,
+    indices: wgpu::Buffer,
+    instances: wgpu::Buffer,
+}
+
+impl MethodBuffers {
+    /// Buffers of these sizes; refuses what the adapter cannot hold.
+    pub fn new(gpu: &Gpu, sizes: BufferSizes) -> Result<Self, RenderError> {
+        let buffers = Self {
+            sizes,
+            vertices: create(gpu, "vertex", sizes.vertices, BufferUsages::VERTEX)?,
+            indices: create(gpu, "index", sizes.indices, BufferUsages::INDEX)?,
+            instances: create(gpu, "instance", sizes.instances, BufferUsages::VERTEX)?,
+        };
+        gpu.check()?; // out of memory, for one
+        Ok(buffers)
+    }
+
+    /// Where the vertices get their heights from.
+    pub fn vertex_kind(&self) -> VertexKind {
+        self.sizes.vertex_kind
+    }
+
+    /// Queues the plan's uploads, in order; they happen before the next submission.
+    pub fn apply(&self, gpu: &Gpu, plan: &FramePlan) {
+        for upload in &plan.uploads {
+            gpu.queue.write_buffer(self.get(upload.buffer), upload.offset, plan.bytes_of(upload));
+        }
+    }
+
+    /// Makes them the vertex and index buffers of a pass.
+    pub(crate) fn bind(&self, pass: &mut wgpu::RenderPass) {
+        pass.set_vertex_buffer(0, self.vertices.slice(..));
+        if self.sizes.vertex_kind == VertexKind::Displaced {
+            pass.set_vertex_buffer(1, self.instances.slice(..));
+        }
+        pass.set_index_buffer(self.indices.slice(..), wgpu::IndexFormat::Uint32);
+    }
+
+    /// Fails where a draw reads beyond the index or the instance buffer.
+    pub(crate) fn check(&self, draws: &[Draw]) -> Result<(), RenderError> {
+        let displaced = self.sizes.vertex_kind == VertexKind::Displaced;
+        for (draw, Draw { indices, instances, .. }) in draws.iter().enumerate() {
+            if u64::from(indices.end) * size_of::<u32>() as u64 > self.sizes.indices {
+                return Err(RenderError::DrawBeyondBuffer { draw, buffer: "index", bytes: self.sizes.indices });
+            }
+            if displaced && u64::from(instances.end) * size_of::<PatchInstance>() as u64 > self.sizes.instances {
+                return Err(RenderError::DrawBeyondBuffer { draw, buffer: "instance", bytes: self.sizes.instances });
+            }
+        }
+        Ok(())
+    }
+
+    fn get(&self, buffer: Buffer) -> &wgpu::Buffer {
+        match buffer {
+            Buffer::Vertices => &self.vertices,
+            Buffer::Indices => &self.indices,
+            Buffer::Instances => &self.instances,
+        }
+    }
+}
+
+fn create(gpu: &Gpu, label: &'static str, bytes: u64, usage: BufferUsages) -> Result<wgpu::Buffer, RenderError> {
+    let limit = gpu.device.limits().max_buffer_size;
+    if bytes > limit {
+        return Err(RenderError::BufferTooLarge { buffer: label, bytes, limit });
+    }
+    Ok(gpu.device.create_buffer(&wgpu::BufferDescriptor {
+        label: Some(label),
+        size: bytes,
+        usage: usage | BufferUsages::COPY_DST,
+        mapped_at_creation: false,
+    }))
+}

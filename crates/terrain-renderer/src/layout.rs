@@ -1,0 +1,61 @@
+//! The uniforms of a frame, laid out as `shaders/terrain.wgsl` declares them; a test compares the two.
+
+use bytemuck::{Pod, Zeroable};
+use terrain_core::View;
+
+use crate::{Colour, Look, Scene};
+
+/// `struct Frame` of `shaders/terrain.wgsl`.
+///
+/// The eye is a whole sample plus a remainder: the shader subtracts the sample in integers, so that a vertex near the
+/// eye keeps its full precision on a DEM of any extent.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub struct FrameUniforms {
+    /// Position relative to the eye (metres, world axes) to clip space, by columns.
+    pub clip_from_eye: [[f32; 4]; 4],
+    /// Column and row of the sample to the north-west of the eye; may lie outside the DEM.
+    pub eye_sample: [i32; 2],
+    /// Metres from that sample to the eye, in x and z.
+    pub eye_remainder_m: [f32; 2],
+    /// Metres between samples in x and z.
+    pub spacing_m: [f32; 2],
+    /// Last column and last row of the DEM.
+    pub last_sample: [i32; 2],
+    /// Lowest and highest sample of the DEM in metres.
+    pub height_range_m: [f32; 2],
+    /// Height of the eye in metres.
+    pub eye_height_m: f32,
+    /// Distance in metres at which half of the ground's light is lost to the haze.
+    pub half_light_m: f32,
+    /// What the terrain fades into: linear red, green, blue.
+    pub haze_colour: [f32; 3],
+    /// [`Colour`] as a number: 0 shaded, 1 by patch, 2 by level.
+    pub colour: u32,
+}
+
+impl FrameUniforms {
+    /// The uniforms of one frame.
+    pub fn new(view: &View, scene: &Scene, look: &Look) -> Self {
+        let spacing_m = scene.spacing_m();
+        let [x, z] = [view.eye_world.x, view.eye_world.z];
+        let eye_sample = [(x / spacing_m[0]).floor(), (z / spacing_m[1]).floor()];
+        let [r, g, b, _] = Look::SKY;
+        Self {
+            clip_from_eye: view.clip_from_eye.as_mat4().to_cols_array_2d(),
+            eye_sample: eye_sample.map(|at| at as i32),
+            eye_remainder_m: [(x - eye_sample[0] * spacing_m[0]) as f32, (z - eye_sample[1] * spacing_m[1]) as f32],
+            spacing_m: spacing_m.map(|metres| metres as f32),
+            last_sample: scene.size_samples().map(|samples| samples as i32 - 1),
+            height_range_m: scene.height_range_m(),
+            eye_height_m: view.eye_world.y as f32,
+            half_light_m: scene.half_light_m(),
+            haze_colour: [r, g, b],
+            colour: match look.colour {
+                Colour::Shaded => 0,
+                Colour::ByPatch => 1,
+                Colour::ByLevel => 2,
+            },
+        }
+    }
+}

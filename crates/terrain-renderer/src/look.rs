@@ -1,0 +1,35 @@
+//! How a frame looks; nothing here changes what is drawn.
+
+/// What the triangles are coloured by.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Colour {
+    /// Height and slope, under one sun.
+    #[default]
+    Shaded,
+    /// One colour a patch.
+    ByPatch,
+    /// One colour a level: warm for the finest, colder with every coarser one.
+    ByLevel,
+}
+
+/// How a frame looks.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Look {
+    /// What the triangles are coloured by.
+    pub colour: Colour,
+    /// Draw the triangles' edges over the terrain: the plan is then drawn twice.
+    pub wireframe: bool,
+    /// Colour where there is no terrain: linear red, green, blue, alpha, each 0 to 1.
+    pub background: [f32; 4],
+}
+
+impl Look {
+    /// The sky: the default background, and what the terrain fades into with distance.
+    pub const SKY: [f32; 4] = [0.58, 0.70, 0.82, 1.0];
+}
+
+impl Default for Look {
+    fn default() -> Self {
+        Self { colour: Colour::Shaded, wireframe: false, background: Self::SKY }
+    }
+}

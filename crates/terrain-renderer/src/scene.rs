@@ -1,0 +1,118 @@
+//! The DEM on the GPU: a height and a normal for every sample, made once and used by every method.
+
+use terrain_core::Heightmap;
+use wgpu::{TextureFormat, TextureUsages};
+
+use crate::{Gpu, RenderError};
+
+/// The textures of one heightmap and what a frame's uniforms need to know of it.
+#[derive(Debug)]
+pub struct Scene {
+    size_samples: [u32; 2],
+    spacing_m: [f64; 2],
+    height_range_m: [f32; 2],
+    heights: wgpu::TextureView,
+    normals: wgpu::TextureView,
+}
+
+impl Scene {
+    /// Uploads heights and normals; refuses a DEM that is wider or longer than the adapter's textures.
+    pub fn new(gpu: &Gpu, heightmap: &Heightmap) -> Result<Self, RenderError> {
+        let size_samples = [heightmap.columns(), heightmap.rows()];
+        let limit = gpu.device.limits().max_texture_dimension_2d;
+        if size_samples.iter().any(|&side| side > limit) {
+            return Err(RenderError::TextureTooLarge { what: "DEM", size: size_samples, limit });
+        }
+        let normals: Vec<[u16; 2]> = heightmap.normals().iter().map(|[x, _, z]| [half(*x), half(*z)]).collect();
+        let low = heightmap.heights_m().iter().copied().fold(f32::INFINITY, f32::min);
+        let high = heightmap.heights_m().iter().copied().fold(f32::NEG_INFINITY, f32::max);
+        let scene = Self {
+            size_samples,
+            spacing_m: heightmap.spacing_m(),
+            height_range_m: [low, high],
+            heights: texture(gpu, "heights", TextureFormat::R32Float, size_samples, heightmap.heights_m()),
+            normals: texture(gpu, "normals", TextureFormat::Rg16Float, size_samples, &normals),
+        };
+        gpu.check()?; // out of memory, for one
+        Ok(scene)
+    }
+
+    pub(crate) fn size_samples(&self) -> [u32; 2] {
+        self.size_samples
+    }
+
+    pub(crate) fn spacing_m(&self) -> [f64; 2] {
+        self.spacing_m
+    }
+
+    pub(crate) fn height_range_m(&self) -> [f32; 2] {
+        self.height_range_m
+    }
+
+    /// The DEM's diagonal: thin enough to see across the whole DEM, thick enough to tell near from far.
+    pub(crate) fn half_light_m(&self) -> f32 {
+        let [x, z] = [0, 1].map(|axis| (self.size_samples[axis] - 1) as f64 * self.spacing_m[axis]);
+        x.hypot(z) as f32
+    }
+
+    /// Metres, one texel a sample.
+    pub(crate) fn heights(&self) -> &wgpu::TextureView {
+        &self.heights
+    }
+
+    /// x and z of the unit normal, one texel a sample. y is positive and follows from the two: half floats at the
+    /// size of four 8-bit numbers, and free of their bands.
+    pub(crate) fn normals(&self) -> &wgpu::TextureView {
+        &self.normals
+    }
+}
+
+fn texture<T: bytemuck::NoUninit>(
+    gpu: &Gpu,
+    label: &str,
+    format: TextureFormat,
+    [width, height]: [u32; 2],
+    texels: &[T],
+) -> wgpu::TextureView {
+    let size = wgpu::Extent3d { width, height, depth_or_array_layers: 1 };
+    let texture = gpu.device.create_texture(&wgpu::TextureDescriptor {
+        label: Some(label),
+        size,
+        mip_level_count: 1,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D2,
+        format,
+        usage: TextureUsages::TEXTURE_BINDING | TextureUsages::COPY_DST,
+        view_formats: &[],
+    });
+    let rows = wgpu::TexelCopyBufferLayout {
+        offset: 0,
+        bytes_per_row: Some(width * size_of::<T>() as u32),
+        rows_per_image: Some(height),
+    };
+    gpu.queue.write_texture(texture.as_image_copy(), bytemuck::cast_slice(texels), rows, size);
+    texture.create_view(&Default::default())
+}
+
+/// The bits of the nearest half float, for numbers from -1 to 1.
+///
+/// Multiplied by 2^-112, a single float has its exponent and mantissa where a half float has them, 13 bits higher.
+fn half(number: f32) -> u16 {
+    const TWO_TO_MINUS_112: f32 = f32::from_bits((127 - 112) << 23);
+    let magnitude = (number.abs() * TWO_TO_MINUS_112).to_bits();
+    let sign = (number.to_bits() >> 31) << 15;
+    (sign | (magnitude + (1 << 12)) >> 13) as u16
+}
+
+#[cfg(test)]
+mod tests {
+    use super::half;
+
+    #[test]
+    fn half_floats_of_known_numbers() {
+        assert_eq!([0.0, 1.0, -1.0, 0.5, -0.25].map(half), [0x0000, 0x3c00, 0xbc00, 0x3800, 0xb400]);
+        assert_eq!(half(1.0 / 3.0), 0x3555);
+        assert_eq!(half(2.0_f32.powi(-24)), 0x0001, "the smallest one is denormal");
+        assert_eq!(half(0.99999), 0x3c00, "rounded up into the next exponent");
+    }
+}

@@ -1,0 +1,213 @@
+//! Pictures on a real adapter; skipped with a message where there is none.
+
+mod hills;
+
+use hills::{MAGENTA, Mesh, SIZE_PX, adapter, baked_grid, displaced_grid, oblique, straight_down, view};
+use image::{Rgba, RgbaImage};
+use std::f64::consts::FRAC_PI_2;
+use terrain_core::{BufferSizes, Heightmap, Sample, View};
+use terrain_renderer::{
+    Colour, FrameTimes, Gpu, Look, MethodBuffers, RenderError, Renderer, RendererSettings, Scene, Submission, Target,
+};
+
+/// What one frame left behind.
+struct Shot {
+    picture: RgbaImage,
+    depth: Vec<f32>,
+    times: FrameTimes,
+}
+
+fn shoot(gpu: &Gpu, heightmap: &Heightmap, submission: Submission, mesh: &Mesh, view: &View, look: &Look) -> Shot {
+    let settings = RendererSettings { size_px: SIZE_PX, submission, count_primitives: true };
+    let mut renderer = Renderer::new(gpu.clone(), heightmap, &settings).unwrap();
+    let mut buffers = renderer.buffers(mesh.sizes).unwrap();
+    let times = renderer.frame(view, &mesh.plan, &mut buffers, look).unwrap();
+    let picture = renderer.target().read_back(gpu).unwrap();
+    Shot { picture, depth: renderer.target().read_depth(gpu).unwrap(), times }
+}
+
+fn shaded(colour: Colour) -> Look {
+    Look { colour, background: MAGENTA, ..Default::default() }
+}
+
+fn is_background(pixel: &Rgba<u8>) -> bool {
+    *pixel == Rgba([255, 0, 255, 255])
+}
+
+/// Pixels of terrain in the columns `from..to` of the picture.
+fn terrain_pixels(picture: &RgbaImage, columns: std::ops::Range<u32>) -> usize {
+    picture.enumerate_pixels().filter(|(x, _, pixel)| columns.contains(x) && !is_background(pixel)).count()
+}
+
+#[test]
+fn both_submissions_draw_the_same_picture() {
+    let Some(gpu) = adapter() else { return };
+    let (dem, view) = (hills::hills(), oblique(&hills::hills()));
+    for mesh in [baked_grid(&dem, 37), displaced_grid(&dem, 5)] {
+        for colour in [Colour::Shaded, Colour::ByPatch, Colour::ByLevel] {
+            let direct = shoot(&gpu, &dem, Submission::Direct, &mesh, &view, &shaded(colour));
+            let indirect = shoot(&gpu, &dem, Submission::MultiIndirect, &mesh, &view, &shaded(colour));
+            assert!(direct.picture == indirect.picture, "{colour:?}");
+            assert!(direct.depth == indirect.depth);
+            assert_eq!(direct.times.draw_calls as usize, mesh.plan.draws.len());
+        }
+    }
+}
+
+/// More draws than wgpu's validation of indirect draws puts into one of its own buffers (52,428).
+#[test]
+fn tens_of_thousands_of_indirect_draws_are_all_drawn() {
+    let Some(gpu) = adapter() else { return };
+    let dem = hills::heightmap(301, 201, |column, row| f64::from(column % 7 * 30 + row % 5 * 40));
+    let (mesh, view) = (baked_grid(&dem, 1), straight_down(&dem));
+    let one = shoot(&gpu, &dem, Submission::Direct, &baked_grid(&dem, 60_000), &view, &shaded(Colour::Shaded));
+    let many = shoot(&gpu, &dem, Submission::MultiIndirect, &mesh, &view, &shaded(Colour::Shaded));
+    assert_eq!((mesh.plan.draws.len(), many.times.primitives.unwrap_or(120_000)), (60_000, 120_000));
+    assert!(one.picture == many.picture && one.depth == many.depth);
+}
+
+#[test]
+fn both_vertex_kinds_draw_the_same_picture() {
+    let Some(gpu) = adapter() else { return };
+    let (dem, view) = (hills::hills(), oblique(&hills::hills()));
+    let shot = |mesh| shoot(&gpu, &dem, Submission::Direct, &mesh, &view, &shaded(Colour::Shaded));
+    let baked = shot(baked_grid(&dem, 1000));
+    assert!(terrain_pixels(&baked.picture, 0..SIZE_PX[0]) > 20_000);
+    for quads in [1, 8] {
+        let displaced = shot(displaced_grid(&dem, quads));
+        assert!(baked.depth == displaced.depth, "patches of {quads}");
+        assert!(baked.picture == displaced.picture, "patches of {quads}");
+    }
+}
+
+#[test]
+fn the_gpu_counts_the_triangles_of_the_plan() {
+    let Some(gpu) = adapter() else { return };
+    let dem = hills::hills();
+    for view in [oblique(&dem), straight_down(&dem)] {
+        for (mesh, submission) in [
+            (baked_grid(&dem, 100), Submission::Direct),
+            (baked_grid(&dem, 100), Submission::MultiIndirect),
+            // Reaches over the rim: triangles without area are counted too.
+            (displaced_grid(&dem, 8), Submission::Direct),
+        ] {
+            let look = Look { wireframe: gpu.facts().wireframe, ..Look::default() };
+            let counted = shoot(&gpu, &dem, submission, &mesh, &view, &look).times.primitives;
+            assert_eq!(counted.is_some(), gpu.facts().pipeline_statistics);
+            assert_eq!(counted.unwrap_or(mesh.triangles()), mesh.triangles());
+        }
+    }
+}
+
+#[test]
+fn terrain_from_above_has_no_holes() {
+    let Some(gpu) = adapter() else { return };
+    let dem = hills::hills();
+    let mesh = baked_grid(&dem, 1000);
+    let shot = shoot(&gpu, &dem, Submission::Direct, &mesh, &straight_down(&dem), &shaded(Colour::Shaded));
+    assert!(!shot.picture.pixels().any(is_background));
+    assert!(shot.depth.iter().all(|&depth| depth > 0.0));
+}
+
+#[test]
+fn terrain_from_below_is_culled() {
+    let Some(gpu) = adapter() else { return };
+    // Too gentle for any slope to face a camera below it.
+    let dem = hills::heightmap(41, 41, |column, row| f64::from(column % 3 + row % 4));
+    let up = view(20.0, 20.0, -2000.0, 0.0, FRAC_PI_2);
+    let shot = shoot(&gpu, &dem, Submission::Direct, &baked_grid(&dem, 1000), &up, &shaded(Colour::Shaded));
+    assert!(shot.picture.pixels().all(is_background));
+}
+
+#[test]
+fn looking_north_a_peak_in_the_east_stands_on_the_right() {
+    let Some(gpu) = adapter() else { return };
+    let (left, right) = (0..SIZE_PX[0] / 2, SIZE_PX[0] / 2..SIZE_PX[0]);
+    for (column, expected) in [(28, &right), (12, &left)] {
+        let dem = hills::peak_at(41, 41, Sample { column, row: 15 });
+        let north = view(20.0, 42.0, 200.0, 0.0, 0.1);
+        let mesh = baked_grid(&dem, 10_000);
+        let shot = shoot(&gpu, &dem, Submission::Direct, &mesh, &north, &shaded(Colour::Shaded));
+        let other = if expected == &right { &left } else { &right };
+        let (with, without) =
+            (terrain_pixels(&shot.picture, expected.clone()), terrain_pixels(&shot.picture, other.clone()));
+        assert!(with > without + 500, "peak at column {column}: {with} pixels against {without}");
+    }
+}
+
+#[test]
+fn depth_is_near_plane_over_distance() {
+    let Some(gpu) = adapter() else { return };
+    let dem = hills::heightmap(41, 41, |_, _| 100.0);
+    let down = view(20.0, 20.0, 600.0, 0.0, -FRAC_PI_2);
+    let shot = shoot(&gpu, &dem, Submission::Direct, &baked_grid(&dem, 10_000), &down, &Look::default());
+    assert!(shot.depth.iter().all(|&depth| (depth - 1.0 / 500.0).abs() < 1e-8), "{}", shot.depth[0]);
+}
+
+/// The same ground twice on one DEM, 131 km apart: the pictures agree to the last bit of depth.
+#[test]
+fn far_from_the_origin_nothing_is_lost() {
+    let Some(gpu) = adapter() else { return };
+    let dem = hills::heightmap(4096 + 65, 33, |column, row| f64::from(column % 64 * 3 + row * 2));
+    let mesh = baked_grid(&dem, 1_000_000);
+    let at = |column| view(column, 16.25, 350.0, 0.3, -FRAC_PI_2);
+    let [near, far] = [at(32.25), at(4096.0 + 32.25)]
+        .map(|view| shoot(&gpu, &dem, Submission::Direct, &mesh, &view, &Look::default()));
+    assert!(near.depth.iter().all(|&depth| depth > 0.0));
+    assert!(near.depth == far.depth);
+}
+
+#[test]
+fn a_wireframe_darkens_edges_and_leaves_the_background_alone() {
+    let Some(gpu) = adapter().filter(|gpu| gpu.facts().wireframe) else { return };
+    let (dem, view) = (hills::hills(), oblique(&hills::hills()));
+    let shot = |wireframe| {
+        let look = Look { wireframe, ..shaded(Colour::ByLevel) };
+        shoot(&gpu, &dem, Submission::Direct, &baked_grid(&dem, 1000), &view, &look)
+    };
+    let (plain, lines) = (shot(false), shot(true));
+    let changed = plain.picture.pixels().zip(lines.picture.pixels()).filter(|(a, b)| a != b).count();
+    let terrain = terrain_pixels(&plain.picture, 0..SIZE_PX[0]);
+    assert!(changed > terrain / 10 && changed < terrain, "{changed} of {terrain} pixels changed");
+}
+
+#[test]
+fn times_are_measured_where_the_adapter_can() {
+    let Some(gpu) = adapter() else { return };
+    let (dem, view) = (hills::hills(), oblique(&hills::hills()));
+    let times = shoot(&gpu, &dem, Submission::Direct, &baked_grid(&dem, 100), &view, &Look::default()).times;
+    assert_eq!(times.gpu.is_some(), gpu.facts().timestamps);
+    assert!(times.gpu.is_none_or(|gpu| !gpu.is_zero()) && !times.encode.is_zero());
+}
+
+#[test]
+fn what_the_adapter_cannot_hold_is_refused() {
+    let Some(gpu) = adapter() else { return };
+    let limits = gpu.device.limits();
+    let sizes = BufferSizes { indices: limits.max_buffer_size + 4, ..baked_grid(&hills::hills(), 100).sizes };
+    let refused = MethodBuffers::new(&gpu, sizes).unwrap_err();
+    assert!(matches!(refused, RenderError::BufferTooLarge { buffer: "index", .. }), "{refused}");
+
+    let too_long = limits.max_texture_dimension_2d + 1;
+    let refused = Scene::new(&gpu, &hills::heightmap(too_long, 2, |_, _| 0.0)).unwrap_err();
+    assert!(matches!(refused, RenderError::TextureTooLarge { what: "DEM", .. }), "{refused}");
+    let refused = Target::new(&gpu, [2, too_long]).unwrap_err();
+    assert!(matches!(refused, RenderError::TextureTooLarge { what: "picture", .. }), "{refused}");
+}
+
+#[test]
+fn a_draw_beyond_the_indices_is_an_error_and_the_next_picture_is_drawn() {
+    let Some(gpu) = adapter() else { return };
+    let (dem, view) = (hills::hills(), straight_down(&hills::hills()));
+    let mesh = baked_grid(&dem, 100);
+    let mut broken = mesh.plan.clone();
+    broken.draws[0].indices.end = u32::MAX;
+    for submission in [Submission::Direct, Submission::MultiIndirect] {
+        let settings = RendererSettings { size_px: SIZE_PX, submission, ..Default::default() };
+        let mut renderer = Renderer::new(gpu.clone(), &dem, &settings).unwrap();
+        let mut buffers = renderer.buffers(mesh.sizes).unwrap();
+        renderer.frame(&view, &broken, &mut buffers, &shaded(Colour::Shaded)).unwrap_err();
+        renderer.frame(&view, &mesh.plan, &mut buffers, &shaded(Colour::Shaded)).unwrap();
+        assert!(!renderer.target().read_back(&gpu).unwrap().pixels().any(is_background));
+    }
+}

@@ -1,0 +1,153 @@
+// Terrain from either vertex kind: two vertex entry points, one fragment stage, and one for the wireframe.
+//
+// World axes: x east, y up, z south, in metres. Positions are relative to the eye.
+// Depth is reversed: 1 at the near plane, 0 at infinity.
+
+// `FrameUniforms` in layout.rs; a test compares the two.
+struct Frame {
+    clip_from_eye: mat4x4<f32>,
+    eye_sample: vec2<i32>,
+    eye_remainder_m: vec2<f32>,
+    spacing_m: vec2<f32>,
+    last_sample: vec2<i32>,
+    height_range_m: vec2<f32>,
+    eye_height_m: f32,
+    half_light_m: f32,
+    haze_colour: vec3<f32>,
+    colour: u32,
+}
+
+const COLOUR_BY_PATCH = 1u;
+const COLOUR_BY_LEVEL = 2u;
+
+@group(0) @binding(0) var<uniform> frame: Frame;
+@group(0) @binding(1) var heights: texture_2d<f32>;
+@group(0) @binding(2) var normals: texture_2d<f32>;
+@group(0) @binding(3) var bilinear: sampler;
+
+// Share of its distance by which the surface is moved towards the eye; above 0 for the wireframe alone.
+override pull: f32 = 0.0;
+
+struct Corner {
+    @builtin(position) @invariant position_clip: vec4<f32>,
+    // Metres from the eye, along the world's axes.
+    @location(0) position_eye: vec3<f32>,
+    // Column and row.
+    @location(1) at: vec2<f32>,
+    // Height in metres.
+    @location(2) height_m: f32,
+    @location(3) @interpolate(flat) patch_number: u32,
+    @location(4) @interpolate(flat) level: u32,
+}
+
+// ---- vertices --------------------------------------------------------------------------------------------------------
+
+// The whole part of the difference is taken in integers, so nothing is lost far from the DEM's origin.
+fn corner(column_row: vec2<i32>, height_m: f32, patch_number: u32, level: u32) -> Corner {
+    let ground_m = vec2<f32>(column_row - frame.eye_sample) * frame.spacing_m - frame.eye_remainder_m;
+    let position_eye = vec3<f32>(ground_m.x, height_m - frame.eye_height_m, ground_m.y);
+    var position_clip = frame.clip_from_eye * vec4<f32>(position_eye, 1.0);
+    // z / w is near / distance, so that scaling z is moving along the ray through the eye.
+    position_clip.z *= 1.0 + pull;
+    return Corner(position_clip, position_eye, vec2<f32>(column_row), height_m, patch_number, level);
+}
+
+// `BakedVertex`; the instance index is a `PatchTag`.
+@vertex
+fn vertex_baked(
+    @location(0) column_row: vec2<u32>,
+    @location(1) height_m: f32,
+    @builtin(instance_index) tag: u32,
+) -> Corner {
+    return corner(vec2<i32>(column_row), height_m, tag >> 4u, tag & 15u);
+}
+
+// `LocalVertex` and `PatchInstance`; the same map as `PatchInstance::sample`.
+@vertex
+fn vertex_displaced(
+    @location(0) uv: vec2<u32>,
+    @location(1) origin: vec2<i32>,
+    @location(2) leg_u: vec2<i32>,
+    @location(3) leg_v: vec2<i32>,
+    @builtin(instance_index) patch_number: u32,
+) -> Corner {
+    let local = vec2<i32>(uv);
+    let column_row = clamp(origin + local.x * leg_u + local.y * leg_v, vec2<i32>(0), frame.last_sample);
+    let height_m = textureLoad(heights, column_row, 0).r;
+    // Legs grow by the square root of two from one layer of triangles to the next, and by two from one of squares.
+    let level = firstLeadingBit(u32(dot(leg_u, leg_u)));
+    return corner(column_row, height_m, patch_number, level);
+}
+
+// ---- colours ---------------------------------------------------------------------------------------------------------
+
+// Normals come from the DEM and are read at every pixel: shading does not change with the mesh.
+fn unit_normal(at: vec2<f32>) -> vec3<f32> {
+    let xz = textureSample(normals, bilinear, (at + 0.5) / vec2<f32>(textureDimensions(normals))).xy;
+    return normalize(vec3<f32>(xz.x, sqrt(max(1.0 - dot(xz, xz), 0.0)), xz.y));
+}
+
+// Meadow, dry grass, scree and snow by height; bare rock where it is steep.
+fn ground_colour(height_m: f32, normal: vec3<f32>) -> vec3<f32> {
+    let range_m = max(frame.height_range_m.y - frame.height_range_m.x, 1.0);
+    let height = (height_m - frame.height_range_m.x) / range_m;
+    var ground = mix(vec3<f32>(0.085, 0.150, 0.045), vec3<f32>(0.215, 0.205, 0.080), smoothstep(0.03, 0.42, height));
+    ground = mix(ground, vec3<f32>(0.26, 0.22, 0.17), smoothstep(0.38, 0.68, height));
+    let snow = smoothstep(0.70, 0.84, height + 0.20 * (normal.y - 0.85));
+    ground = mix(ground, vec3<f32>(0.66, 0.69, 0.74), snow);
+    let steep = smoothstep(0.92, 0.70, normal.y);
+    return mix(ground, vec3<f32>(0.170, 0.148, 0.130), steep * (1.0 - 0.6 * snow));
+}
+
+fn from_hue(hue: f32, chroma: f32, lightness: f32) -> vec3<f32> {
+    let wave = cos(6.2831853 * (hue + vec3<f32>(0.0, 0.667, 0.333)));
+    return lightness * (1.0 + chroma * wave);
+}
+
+// Neighbouring numbers get far-apart hues: steps of the golden ratio.
+fn patch_colour(patch_number: u32) -> vec3<f32> {
+    let hue = fract(f32(patch_number & 0xffffu) * 0.61803399);
+    let lightness = 0.17 + 0.12 * f32(patch_number * 7u % 5u) / 4.0;
+    return from_hue(hue, 0.7, lightness);
+}
+
+// Red, orange, green, cyan, blue, violet; the second turn of the hues is darker.
+fn level_colour(level: u32) -> vec3<f32> {
+    let turn = f32(level / 8u);
+    return from_hue(f32(level % 8u) / 8.0 + turn / 16.0, 0.85, 0.27 - 0.12 * turn);
+}
+
+fn surface_colour(in: Corner, normal: vec3<f32>) -> vec3<f32> {
+    switch frame.colour {
+        case COLOUR_BY_PATCH: { return patch_colour(in.patch_number); }
+        case COLOUR_BY_LEVEL: { return level_colour(in.level); }
+        default: { return ground_colour(in.height_m, normal); }
+    }
+}
+
+// One sun in the north-west, as on printed maps, and a sky that is brighter than the ground.
+fn light(normal: vec3<f32>) -> vec3<f32> {
+    let to_sun = normalize(vec3<f32>(-0.62, 0.58, -0.53));
+    let sun = vec3<f32>(1.00, 0.90, 0.74) * 2.0 * max(dot(normal, to_sun), 0.0);
+    let sky = mix(vec3<f32>(0.12, 0.11, 0.10), vec3<f32>(0.34, 0.43, 0.58), 0.5 + 0.5 * normal.y);
+    return sun + sky;
+}
+
+// Grows with the square of the distance at first, so that the foreground stays clear.
+fn haze(position_eye: vec3<f32>) -> f32 {
+    let distance = length(position_eye) / frame.half_light_m;
+    return 1.0 - exp2(-distance * distance);
+}
+
+@fragment
+fn fragment_terrain(in: Corner) -> @location(0) vec4<f32> {
+    let normal = unit_normal(in.at);
+    let lit = surface_colour(in, normal) * light(normal);
+    return vec4<f32>(mix(lit, frame.haze_colour, haze(in.position_eye)), 1.0);
+}
+
+@fragment
+fn fragment_wireframe(in: Corner) -> @location(0) vec4<f32> {
+    let opacity = 0.7 * (1.0 - haze(in.position_eye));
+    return vec4<f32>(0.01, 0.015, 0.03, opacity);
+}
