@@ -11,7 +11,8 @@ use terrain_renderer::{AdapterChoice, Gpu};
 
 pub const SIZE_PX: [u32; 2] = [320, 180];
 pub const MAGENTA: [f32; 4] = [1.0, 0.0, 1.0, 1.0];
-pub const SPACING_M: f64 = 32.0;
+/// No binary fraction, so that rounding shows where there is any.
+pub const SPACING_M: f64 = 30.87;
 
 /// The machine's adapter, or `None` with a message: tests of pictures are skipped where nothing can draw.
 pub fn adapter() -> Option<Gpu> {
