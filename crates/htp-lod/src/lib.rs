@@ -1,1 +1,40 @@
-//! Placeholder until the first commit.
+//! Hierarchical triangular patches with their matching blocks, after Lim and Choi 2008 (DOI 10.1145/1413634.1413694)
+//! and the later paper on its implementation, whose sections and phases are cited here.
+//!
+//! A patch is a right triangle of `k * k` small triangles, and one triangle of a patch of the next coarser layer.
+//! Nothing is triangulated at run time: a patch is replaced by patches of another layer, and where it meets a coarser
+//! neighbour by a *matching block*, one of a handful of index lists that drop the vertices which that neighbour lacks.
+//!
+//! | element of the paper | where |
+//! |---|---|
+//! | patches and layers (2.1, Figure 1) | `grid` |
+//! | matching blocks (2.2, Figure 2), index lists and their re-use (4.1, Figure 3) | `blocks` |
+//! | levels differ by one at most (2.2) | `levels` |
+//! | phase 1, initialisation | `method` |
+//! | phase 2, cell loading; dynamic loading (4.2) | not here: the DEM is in memory |
+//! | phase 3, cell binding | `grid`: squares are numbered across cells |
+//! | phase 4, LOD computation by distance | `method`, `levels`; the patches in sight: `leaves` |
+//! | phase 5, vertex-buffer merger | `per_patch` |
+//! | phase 6, rendering | `per_patch` as published, `instanced` in at most 8 draws |
+//!
+//! Deviations, each marked where it stands:
+//! - any `k` and any number of layers, where the paper has 3 and 3;
+//! - DEMs of any size: vertices beyond the rim are clamped to it, and squares that cross the rim split both halves
+//!   together (`grid`, `levels`);
+//! - "levels in proportion to the distance" is made precise as a longest screen length of a triangle's leg;
+//! - 8 index lists: the plain patch and all 7 matching blocks of Figure 2. The paper counts 7 in all; the block with
+//!   three collapsed sides can never be drawn, so that 7 are in use (`leaves`);
+//! - the method's own threads are gone: levels take less than a frame's time (`method`);
+//! - besides one draw a patch, instances (`instanced`).
+
+mod blocks;
+mod grid;
+mod instanced;
+mod leaves;
+mod levels;
+mod method;
+mod options;
+mod per_patch;
+
+pub use method::Htp;
+pub use options::{Batching, HtpError, Options};

@@ -1,0 +1,360 @@
+//! The hierarchy of squares and patches (section 2.1, Figure 1), in sample coordinates.
+//!
+//! Level 0 is the finest. A square of level n is `k^(n + 1)` sample intervals wide and holds two patches, whose small
+//! triangles have legs of `k^n` intervals. All diagonals run the same way:
+//!
+//! ```text
+//!   apex         right end                      k = 3: the children of a square. Upper case stands for the
+//!      +--------+                               parent's north-west half, lower case for its south-east half:
+//!      |       /|  left end
+//!      | NW   / |                                  +---+---+---+
+//!      |     /  |  SE is NW turned                 |A /|A /|A /|
+//!      |    /   |  by 180 degrees                  |/ B|/ B|/ b|    column i, row j:
+//!      |   /    |                                  +---+---+---+    A: a north-west child, in the parent's NW half
+//!      |  /     |                                  |A /|A /|a /|       where i + j <= k - 1
+//!      | /   SE |                                  |/ B|/ b|/ b|    B: a south-east child, in the parent's NW half
+//!      |/       |                                  +---+---+---+       where i + j <= k - 2
+//!      +--------+                                  |A /|a /|a /|
+//!   left end     apex                              |/ b|/ b|/ b|
+//!                                                  +---+---+---+
+//! ```
+//!
+//! Only a child of its parent's own half touches the parent's sides; the other children lie inside. Squares are
+//! numbered over the whole DEM, so a neighbour in another cell is found like any other: that is the paper's cell
+//! binding (section 3, phase 3).
+//!
+//! Deviation: the paper's DEM is a whole number of cells. Here the squares of the top layer (the cells) cover any DEM
+//! by rounding up; vertices beyond the last column or row are clamped to it, and squares wholly beyond do not exist.
+//! A triangle may lose its area by that. Then it lies on the outline, or two of its corners become one sample (in the
+//! strip along a collapsed side that runs over the rim), so that it vanishes without an edge of its own.
+
+use crate::blocks::Side;
+use crate::options::Options;
+use terrain_core::{Aabb, Heightmap, PatchInstance, Sample};
+
+/// One of the two patches of a square, named after the corner where its right angle is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Half {
+    NorthWest = 0,
+    SouthEast = 1,
+}
+
+impl Half {
+    pub const BOTH: [Half; 2] = [Half::NorthWest, Half::SouthEast];
+
+    /// Its bit in a set of halves.
+    pub fn bit(self) -> u8 {
+        1 << self as u8
+    }
+
+    pub fn other(self) -> Self {
+        Self::BOTH[1 - self as usize]
+    }
+}
+
+/// The set of both halves.
+pub(crate) const BOTH_HALVES: u8 = 0b11;
+
+/// A square of one level, by its column and row among the squares of that level.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Square {
+    pub level: u32,
+    pub column: u32,
+    pub row: u32,
+}
+
+impl Square {
+    pub fn half(self, half: Half) -> Patch {
+        Patch { square: self, half }
+    }
+}
+
+/// A patch: one half of a square.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Patch {
+    pub square: Square,
+    pub half: Half,
+}
+
+/// All squares of one level.
+pub(crate) struct Layer {
+    /// Legs of the small triangles, in sample intervals: `k^level`.
+    pub step: u32,
+    /// Width of a square in sample intervals: `k^(level + 1)`.
+    pub side: u32,
+    /// Columns and rows of squares that exist.
+    pub size: [u32; 2],
+    /// Columns and rows of squares that end on the DEM's last column and row or before.
+    pub inside: [u32; 2],
+    /// Lowest and highest sample of each square, in metres, row by row.
+    heights_m: Vec<[f32; 2]>,
+}
+
+/// The hierarchy over one DEM.
+pub(crate) struct Grid {
+    pub k: u32,
+    /// The DEM's last column and last row.
+    last: [u32; 2],
+    spacing_m: [f64; 2],
+    /// By level, the finest first.
+    pub layers: Vec<Layer>,
+}
+
+impl Grid {
+    pub fn new(heightmap: &Heightmap, options: &Options) -> Self {
+        let last = [heightmap.columns() - 1, heightmap.rows() - 1];
+        let mut grid = Self { k: options.k, last, spacing_m: heightmap.spacing_m(), layers: Vec::new() };
+        for level in 0..options.layers {
+            let (step, side) = (grid.k.pow(level), grid.k.pow(level + 1));
+            let [size, inside] = [last.map(|end| end.div_ceil(side)), last.map(|end| end / side)];
+            grid.layers.push(Layer { step, side, size, inside, heights_m: Vec::new() });
+            grid.layers[level as usize].heights_m =
+                grid.squares(level).map(|square| grid.height_range_m(heightmap, square)).collect();
+        }
+        grid
+    }
+
+    /// Of the samples on level 0, above that of the children.
+    fn height_range_m(&self, heightmap: &Heightmap, square: Square) -> [f32; 2] {
+        if square.level == 0 {
+            let side = self.k;
+            let first = Sample { column: square.column * side, row: square.row * side };
+            let last = Sample { column: first.column + side, row: first.row + side };
+            return heightmap.height_range_m(first, last);
+        }
+        let children = self.children(square).map(|child| self.layer(child).heights_m[self.index(child)]);
+        children.fold([f32::INFINITY, f32::NEG_INFINITY], |[low, high], [l, h]| [low.min(l), high.max(h)])
+    }
+
+    /// The coarsest level; its squares are the cells.
+    pub fn top(&self) -> u32 {
+        self.layers.len() as u32 - 1
+    }
+
+    pub fn layer(&self, square: Square) -> &Layer {
+        &self.layers[square.level as usize]
+    }
+
+    /// All squares of a level, row by row.
+    pub fn squares(&self, level: u32) -> impl Iterator<Item = Square> + use<> {
+        let [columns, rows] = self.layers[level as usize].size;
+        (0..rows).flat_map(move |row| (0..columns).map(move |column| Square { level, column, row }))
+    }
+
+    /// Position of a square in [`Self::squares`].
+    pub fn index(&self, square: Square) -> usize {
+        square.row as usize * self.layer(square).size[0] as usize + square.column as usize
+    }
+
+    fn exists(&self, square: Square) -> bool {
+        let [columns, rows] = self.layer(square).size;
+        square.column < columns && square.row < rows
+    }
+
+    /// Whether a square reaches over the DEM's last column or row, so that its vertices are clamped.
+    pub fn crosses_rim(&self, square: Square) -> bool {
+        let [columns, rows] = self.layer(square).inside;
+        square.column >= columns || square.row >= rows
+    }
+
+    /// The squares of the next finer level in a square, row by row.
+    pub fn children(&self, square: Square) -> impl Iterator<Item = Square> + use<> {
+        let level = square.level - 1;
+        let [columns, rows] = self.layers[level as usize].size;
+        let (column, row, k) = (square.column * self.k, square.row * self.k, self.k);
+        (row..(row + k).min(rows))
+            .flat_map(move |row| (column..(column + k).min(columns)).map(move |column| Square { level, column, row }))
+    }
+
+    /// The half of the parent square in which a child patch lies; `i` and `j` are its square's column and row there.
+    pub fn parent_half(&self, child: Half, i: u32, j: u32) -> Half {
+        if i + j + (child as u32) < self.k { Half::NorthWest } else { Half::SouthEast }
+    }
+
+    /// The sides of the parent that a child patch of the parent's own half touches, as a mask.
+    pub fn touched_sides(&self, half: Half, i: u32, j: u32) -> u8 {
+        let [i, j] = match half {
+            Half::NorthWest => [i, j],
+            Half::SouthEast => [self.k - 1 - i, self.k - 1 - j],
+        };
+        let touched = [(Side::Left, i == 0), (Side::Right, j == 0), (Side::Hypotenuse, i + j == self.k - 1)];
+        touched.iter().map(|(side, touches)| side.bit() * *touches as u8).sum()
+    }
+
+    /// The patch of which this one is a single triangle; none on the top layer.
+    pub fn parent(&self, patch: Patch) -> Option<Patch> {
+        let Square { level, column, row } = patch.square;
+        let half = self.parent_half(patch.half, column % self.k, row % self.k);
+        let square = Square { level: level + 1, column: column / self.k, row: row / self.k };
+        (level < self.top()).then_some(square.half(half))
+    }
+
+    /// The patch of the same level on the other side of an edge; none beyond the DEM.
+    pub fn neighbour(&self, patch: Patch, side: Side) -> Option<Patch> {
+        let Square { level, column, row } = patch.square;
+        let (column, row) = match (patch.half, side) {
+            (_, Side::Hypotenuse) => (column, row),
+            (Half::NorthWest, Side::Left) => (column.checked_sub(1)?, row),
+            (Half::NorthWest, Side::Right) => (column, row.checked_sub(1)?),
+            (Half::SouthEast, Side::Left) => (column + 1, row),
+            (Half::SouthEast, Side::Right) => (column, row + 1),
+        };
+        let square = Square { level, column, row };
+        self.exists(square).then_some(square.half(patch.half.other()))
+    }
+
+    /// The world box of a square, clamped to the DEM.
+    pub fn bounds_world(&self, square: Square) -> Aabb {
+        let side = self.layer(square).side;
+        let [low, high] = self.layer(square).heights_m[self.index(square)].map(f64::from);
+        let [x, z] = [(0, square.column), (1, square.row)].map(|(axis, at)| {
+            [at * side, ((at + 1) * side).min(self.last[axis])].map(|at| at as f64 * self.spacing_m[axis])
+        });
+        Aabb { min: [x[0], low, z[0]], max: [x[1], high, z[1]] }
+    }
+
+    /// Metres of a leg of the small triangles of a level, along the axis with the wider spacing.
+    pub fn leg_m(&self, level: u32) -> f64 {
+        self.layers[level as usize].step as f64 * self.spacing_m[0].max(self.spacing_m[1])
+    }
+
+    /// The map from a patch's local vertices to samples: u leads to the left end, v to the right end.
+    pub fn instance(&self, patch: Patch) -> PatchInstance {
+        let Layer { step, side, .. } = *self.layer(patch.square);
+        let Square { column, row, .. } = patch.square;
+        let (apex, step) = match patch.half {
+            Half::NorthWest => ([column, row], step as i16),
+            Half::SouthEast => ([column + 1, row + 1], -(step as i16)),
+        };
+        PatchInstance { origin: apex.map(|at| (at * side) as i32), leg_u: [0, step], leg_v: [step, 0] }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::collections::BTreeSet;
+    use terrain_core::{LocalVertex, SplitMix64};
+
+    /// Small grids with and without squares that cross the rim.
+    fn grids() -> Vec<(Heightmap, Grid)> {
+        let mut grids = Vec::new();
+        for (columns, rows) in [(2, 2), (28, 28), (30, 31), (17, 65), (51, 26)] {
+            let mut random = SplitMix64::new(columns as u64);
+            let heights = (0..columns * rows).map(|_| random.range(0.0, 1000.0) as f32).collect();
+            let heightmap = Heightmap::new(columns, rows, [30.0, 20.0], heights).unwrap();
+            for k in [2, 3, 4, 5, 7] {
+                let grid = Grid::new(&heightmap, &Options { k, ..Options::default() });
+                grids.push((heightmap.clone(), grid));
+            }
+        }
+        grids
+    }
+
+    fn patches(grid: &Grid, level: u32) -> impl Iterator<Item = Patch> {
+        grid.squares(level).flat_map(|square| Half::BOTH.map(|half| square.half(half)))
+    }
+
+    /// Column and row of a local vertex, not clamped to the DEM.
+    fn at(grid: &Grid, patch: Patch, u: u32, v: u32) -> [i32; 2] {
+        let map = grid.instance(patch);
+        [0, 1].map(|i| map.origin[i] + u as i32 * map.leg_u[i] as i32 + v as i32 * map.leg_v[i] as i32)
+    }
+
+    /// Apex, left end, right end.
+    fn corners(grid: &Grid, patch: Patch) -> [[i32; 2]; 3] {
+        [[0, 0], [grid.k, 0], [0, grid.k]].map(|[u, v]| at(grid, patch, u, v))
+    }
+
+    #[test]
+    fn children_are_the_parents_small_triangles() {
+        for (_, grid) in grids() {
+            for level in 1..=grid.top() {
+                for parent in patches(&grid, level).filter(|patch| !grid.crosses_rim(patch.square)) {
+                    let vertices = crate::blocks::local_vertices(grid.k);
+                    let corner = |i: u32| {
+                        let LocalVertex { uv: [u, v] } = vertices[i as usize];
+                        at(&grid, parent, u as u32, v as u32)
+                    };
+                    let plain = crate::blocks::index_list(grid.k, 0);
+                    let expected: BTreeSet<_> = plain.iter().map(|triangle| sorted(triangle.map(corner))).collect();
+                    let children = grid.children(parent.square).flat_map(|s| Half::BOTH.map(|half| s.half(half)));
+                    let children = children.filter(|child| grid.parent(*child) == Some(parent));
+                    let found: Vec<_> = children.map(|child| sorted(corners(&grid, child))).collect();
+                    assert_eq!(found.len() as u32, grid.k * grid.k);
+                    assert_eq!(found.into_iter().collect::<BTreeSet<_>>(), expected, "{parent:?}");
+                }
+            }
+        }
+    }
+
+    fn sorted(mut corners: [[i32; 2]; 3]) -> [[i32; 2]; 3] {
+        corners.sort();
+        corners
+    }
+
+    #[test]
+    fn parents_and_children_agree() {
+        for (_, grid) in grids() {
+            assert!(patches(&grid, grid.top()).all(|patch| grid.parent(patch).is_none()));
+            for child in (0..grid.top()).flat_map(|level| patches(&grid, level)) {
+                let parent = grid.parent(child).unwrap();
+                assert!(grid.exists(parent.square));
+                assert!(grid.children(parent.square).any(|square| square == child.square), "{child:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn neighbours_share_an_edge_and_agree() {
+        for (heightmap, grid) in grids() {
+            for patch in (0..=grid.top()).flat_map(|level| patches(&grid, level)) {
+                let [apex, left, right] = corners(&grid, patch);
+                let edges = [[left, right], [apex, left], [right, apex]];
+                for side in Side::ALL {
+                    let edge = edges[side as usize];
+                    let Some(other) = grid.neighbour(patch, side) else {
+                        let last = [heightmap.columns() as i32 - 1, heightmap.rows() as i32 - 1];
+                        let out = |axis: usize| edge.iter().all(|at| at[axis] <= 0 || at[axis] >= last[axis]);
+                        assert!(out(0) || out(1), "{patch:?} {side:?}");
+                        continue;
+                    };
+                    assert_eq!(grid.neighbour(other, side), Some(patch));
+                    let [apex, left, right] = corners(&grid, other);
+                    let [from, to] = [[left, right], [apex, left], [right, apex]][side as usize];
+                    assert_eq!([to, from], edge, "{patch:?} {side:?}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn only_children_of_the_parents_own_half_touch_its_sides() {
+        for (_, grid) in grids() {
+            for child in (0..grid.top()).flat_map(|level| patches(&grid, level)) {
+                let parent = grid.parent(child).unwrap();
+                let touched = grid.touched_sides(child.half, child.square.column % grid.k, child.square.row % grid.k);
+                assert!(parent.half != child.half || touched != crate::blocks::ALL_COLLAPSED);
+                for side in Side::ALL {
+                    let Some(other) = grid.neighbour(child, side) else { continue };
+                    let leaves_parent = grid.parent(other) != Some(parent);
+                    let expected = parent.half == child.half && touched & side.bit() != 0;
+                    assert_eq!(leaves_parent, expected, "{child:?} {side:?}");
+                    assert!(!leaves_parent || grid.neighbour(parent, side) == grid.parent(other));
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn boxes_hold_their_samples_and_their_children() {
+        for (heightmap, grid) in grids() {
+            for square in (0..=grid.top()).flat_map(|level| grid.squares(level)) {
+                let side = grid.layer(square).side;
+                let first = Sample { column: square.column * side, row: square.row * side };
+                let last = Sample { column: first.column + side, row: first.row + side };
+                assert_eq!(grid.bounds_world(square), heightmap.bounds_world(first, last), "{square:?}");
+            }
+        }
+    }
+}
