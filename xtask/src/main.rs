@@ -1,1 +1,169 @@
-fn main() {}
+//! `cargo xtask <command>`: builds, runs and checks the workspace.
+//!
+//! It spawns cargo and the program `terrain-lod` and links none of the other crates, so that it builds in seconds and
+//! works while they do not.
+
+mod bench_check;
+mod checks;
+mod program;
+mod setup;
+
+use std::ffi::{OsStr, OsString};
+use std::path::Path;
+use std::process::ExitCode;
+
+use program::Profile;
+
+/// A command of `terrain-lod` that `cargo xtask` builds and runs in release.
+struct Forwarded {
+    name: &'static str,
+    summary: &'static str,
+    /// Whether a missing GPU adapter is set up first, and `--no-gpu` added where there is still none.
+    draws: bool,
+}
+
+/// One table instead of forwarding whatever comes: a typing error must not cost a release build.
+const FORWARDED: [Forwarded; 3] = [
+    Forwarded { name: "bench", summary: "fly a DEM with every method, print the comparison", draws: true },
+    Forwarded { name: "mesh", summary: "write the mesh of one frame as PLY", draws: false },
+    Forwarded { name: "adapters", summary: "list the graphics adapters", draws: false },
+];
+
+/// Arguments of `bench` that make the GPU, and so its set-up, pointless.
+const NEEDS_NO_GPU: [&str; 4] = ["--no-gpu", "--dry-run", "--help", "-h"];
+
+/// What ends xtask early: one line for the user, and an exit code for the script.
+struct Fault {
+    code: u8,
+    message: String,
+}
+
+impl Fault {
+    fn failure(message: impl Into<String>) -> Self {
+        Self { code: 1, message: message.into() }
+    }
+
+    fn usage(message: impl Into<String>) -> Self {
+        Self { code: 2, message: message.into() }
+    }
+}
+
+fn main() -> ExitCode {
+    let mut args = std::env::args_os().skip(1);
+    let command = args.next().unwrap_or_default();
+    match run(&command.to_string_lossy(), args.collect()) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(fault) => {
+            eprintln!("xtask: {}", fault.message);
+            ExitCode::from(fault.code)
+        }
+    }
+}
+
+fn run(command: &str, args: Vec<OsString>) -> Result<(), Fault> {
+    if let Some(forwarded) = FORWARDED.iter().find(|forwarded| forwarded.name == command) {
+        return Err(forward(forwarded, args));
+    }
+    match command {
+        "" | "help" | "--help" | "-h" => print_usage(),
+        "test" | "check-bench" if has_any(&args, &["--help", "-h"]) => print_usage(),
+        "test" => {
+            refuse_all_but(&args, &["--no-gpu"])?;
+            checks::run(!has_any(&args, &["--no-gpu"]))?;
+        }
+        "check-bench" => {
+            refuse_all_but(&args, &[])?;
+            bench_check::run()?;
+        }
+        _ => return Err(Fault::usage(format!("unknown command '{command}'; `cargo xtask --help` lists them"))),
+    }
+    Ok(())
+}
+
+/// Builds the program and becomes it; comes back only where that failed.
+fn forward(command: &Forwarded, mut args: Vec<OsString>) -> Fault {
+    let program = match program::build(Profile::Release) {
+        Ok(program) => program,
+        Err(fault) => return fault,
+    };
+    if command.draws {
+        set_up_gpu(&program, &mut args);
+    }
+    args.insert(0, command.name.into());
+    program::become_program(&program, &args)
+}
+
+/// Sees to a GPU adapter, and asks the bench to go on without where there is none.
+fn set_up_gpu(program: &Path, args: &mut Vec<OsString>) {
+    if !has_any(args, &NEEDS_NO_GPU) && !setup::ensure_adapter(program) {
+        eprintln!("xtask: no GPU adapter: the bench goes on without the GPU columns (--no-gpu)");
+        args.push("--no-gpu".into());
+    }
+}
+
+fn has_any(args: &[OsString], flags: &[&str]) -> bool {
+    args.iter().any(|arg| flags.iter().any(|flag| arg == OsStr::new(flag)))
+}
+
+fn refuse_all_but(args: &[OsString], known: &[&str]) -> Result<(), Fault> {
+    match args.iter().find(|arg| !known.iter().any(|known| *arg == OsStr::new(known))) {
+        Some(arg) => {
+            let arg = arg.to_string_lossy();
+            Err(Fault::usage(format!("unexpected argument '{arg}'; `cargo xtask --help` shows what there is")))
+        }
+        None => Ok(()),
+    }
+}
+
+fn print_usage() {
+    println!("{USAGE}");
+    for command in &FORWARDED {
+        println!("  {:<12} {}", command.name, command.summary);
+    }
+    print!("{CHECKS_AND_EXAMPLES}");
+}
+
+const USAGE: &str = "\
+Usage: cargo xtask <COMMAND> [ARGS]
+
+Commands of terrain-lod, built in release; --help after one shows its arguments:";
+
+const CHECKS_AND_EXAMPLES: &str = "
+Checks:
+  test         everything that must pass: format, lints, tests, documentation (--no-gpu: no GPU set-up)
+  check-bench  fly the quick suite and check its table: every method, no error, no crack
+
+Examples:
+  cargo xtask bench
+  cargo xtask bench --tolerance 0.5,1 --methods tin,full-grid --no-gpu
+  cargo xtask test
+
+On Linux without a GPU adapter, bench and test install Mesa's software driver (as root with apt), offer to (on a
+terminal with sudo), or print the command.
+";
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn code_of(command: &str, args: &[&str]) -> u8 {
+        run(command, args.iter().map(OsString::from).collect()).map_or_else(|fault| fault.code, |()| 0)
+    }
+
+    #[test]
+    fn usage_errors_have_exit_code_2() {
+        assert_eq!(code_of("benhc", &[]), 2);
+        assert_eq!(code_of("test", &["--fast"]), 2);
+        assert_eq!(code_of("check-bench", &["--no-gpu"]), 2);
+        assert_eq!(code_of("--help", &[]), 0);
+        assert_eq!(code_of("test", &["--help"]), 0);
+    }
+
+    #[test]
+    fn set_up_is_left_out_where_nothing_draws() {
+        for flag in NEEDS_NO_GPU {
+            assert!(has_any(&["--frames".into(), "3".into(), flag.into()], &NEEDS_NO_GPU));
+        }
+        assert!(!has_any(&["--methods".into(), "tin".into()], &NEEDS_NO_GPU));
+    }
+}

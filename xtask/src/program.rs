@@ -1,0 +1,136 @@
+//! Builds the program `terrain-lod` and runs it.
+
+use std::ffi::OsString;
+use std::path::{Path, PathBuf};
+use std::process::{Command, ExitStatus, Stdio};
+
+use crate::Fault;
+
+/// Which build of the program.
+#[derive(Clone, Copy)]
+pub enum Profile {
+    /// The one that `cargo test` makes too.
+    Dev,
+    /// The one that is measured.
+    Release,
+}
+
+impl Profile {
+    fn args(self) -> &'static [&'static str] {
+        match self {
+            // The whole workspace is selected, so that dependencies have the features that the tests build them with,
+            // and are not compiled twice.
+            Self::Dev => &["--workspace", "--bin", "terrain-lod"],
+            Self::Release => &["--release", "--package", "terrain-lod"],
+        }
+    }
+}
+
+/// Builds the program, cargo's progress on stderr, and returns where it is.
+///
+/// Asking cargo for the path holds for every target folder and target triple. `cargo run` would find it too, but mixes
+/// the exit codes of cargo with the program's.
+pub fn build(profile: Profile) -> Result<PathBuf, Fault> {
+    let output = cargo()
+        .args(["build", "--message-format=json-render-diagnostics"])
+        .args(profile.args())
+        .stderr(Stdio::inherit())
+        .output()
+        .map_err(|error| Fault::failure(format!("cannot start cargo: {error}")))?;
+    if !output.status.success() {
+        return Err(Fault::failure("terrain-lod does not build"));
+    }
+    executable_in(&String::from_utf8_lossy(&output.stdout))
+        .ok_or_else(|| Fault::failure("cargo built terrain-lod but did not say where"))
+}
+
+/// The cargo that runs us, at the top of the workspace.
+pub fn cargo() -> Command {
+    let mut cargo = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
+    cargo.current_dir(workspace_root());
+    cargo
+}
+
+/// Cargo says at run time where the sources are; what was true at compile time may have moved.
+fn workspace_root() -> PathBuf {
+    let xtask = std::env::var_os("CARGO_MANIFEST_DIR").unwrap_or_else(|| env!("CARGO_MANIFEST_DIR").into());
+    Path::new(&xtask).parent().expect("xtask is a folder of the workspace").to_path_buf()
+}
+
+/// The path in the one message that names an executable; libraries have `"executable":null`.
+fn executable_in(messages: &str) -> Option<PathBuf> {
+    let (_, rest) = messages.lines().find_map(|line| line.split_once(r#""executable":""#))?;
+    Some(json_string(rest).into())
+}
+
+/// The JSON string that ends at the next bare quote. Of the escapes, paths need `\\` and `\"` alone.
+fn json_string(text: &str) -> String {
+    let mut string = String::new();
+    let mut chars = text.chars();
+    while let Some(char) = chars.next().filter(|char| *char != '"') {
+        string.extend(if char == '\\' { chars.next() } else { Some(char) });
+    }
+    string
+}
+
+/// Replaces xtask by the program: signals, Ctrl-C and exit code are then the program's own, with nobody in between who
+/// could end before it has marked its results as incomplete. Returns only where it could not start.
+#[cfg(unix)]
+pub fn become_program(program: &Path, args: &[OsString]) -> Fault {
+    use std::os::unix::process::CommandExt;
+    cannot_start(program, &Command::new(program).args(args).exec())
+}
+
+/// Runs the program and ends with its exit code. Returns only where it could not start.
+#[cfg(not(unix))]
+pub fn become_program(program: &Path, args: &[OsString]) -> Fault {
+    match Command::new(program).args(args).status() {
+        Ok(status) => std::process::exit(exit_code(status)),
+        Err(error) => cannot_start(program, &error),
+    }
+}
+
+pub fn cannot_start(program: &Path, error: &std::io::Error) -> Fault {
+    Fault::failure(format!("cannot start {}: {error}", program.display()))
+}
+
+/// The exit code as a shell gives it: 128 + n for a program that signal n ended.
+pub fn exit_code(status: ExitStatus) -> i32 {
+    #[cfg(unix)]
+    if let Some(signal) = std::os::unix::process::ExitStatusExt::signal(&status) {
+        return 128 + signal;
+    }
+    status.code().unwrap_or(1)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_executable_is_found_among_cargos_messages() {
+        let messages = concat!(
+            r#"{"reason":"compiler-artifact","target":{"name":"csv"},"executable":null,"fresh":true}"#,
+            "\n",
+            r#"{"reason":"compiler-artifact","target":{"name":"terrain-lod"},"executable":"/a b/terrain-lod","fresh":true}"#,
+            "\n",
+            r#"{"reason":"build-finished","success":true}"#,
+        );
+        assert_eq!(executable_in(messages), Some("/a b/terrain-lod".into()));
+        assert_eq!(executable_in(r#"{"reason":"build-finished","success":true}"#), None);
+    }
+
+    #[test]
+    fn escapes_in_paths() {
+        assert_eq!(json_string(r#"C:\\target\\terrain-lod.exe","fresh":true"#), r"C:\target\terrain-lod.exe");
+        assert_eq!(json_string(r#"/a \"b\"/é","x":1"#), r#"/a "b"/é"#);
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn exit_codes_as_a_shell_gives_them() {
+        let status = |script: &str| Command::new("sh").args(["-c", script]).status().unwrap();
+        assert_eq!(exit_code(status("exit 5")), 5);
+        assert_eq!(exit_code(status("kill -9 $$")), 137);
+    }
+}
