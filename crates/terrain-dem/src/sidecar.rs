@@ -1,0 +1,131 @@
+//! The TOML file beside a PNG that says what its numbers mean.
+
+use std::io::ErrorKind;
+use std::path::Path;
+
+use serde::Deserialize;
+use terrain_core::flight::{SourceError, SourceText};
+use toml::{Spanned, Value};
+
+use crate::DemError;
+
+#[derive(Debug, Default, PartialEq)]
+pub struct Sidecar {
+    pub spacing_m: Option<[f64; 2]>,
+    pub scale: Option<f64>,
+    pub offset_m: Option<f64>,
+    pub source: Option<String>,
+    pub licence: Option<String>,
+    pub notice: Option<String>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct SidecarToml {
+    spacing_m: Option<Spanned<Value>>,
+    scale: Option<Spanned<f64>>,
+    offset_m: Option<Spanned<f64>>,
+    source: Option<String>,
+    licence: Option<String>,
+    notice: Option<String>,
+}
+
+impl Sidecar {
+    /// A file that is not there says nothing.
+    pub fn read(path: &Path) -> Result<Self, DemError> {
+        let name = path.display().to_string();
+        match std::fs::read_to_string(path) {
+            Ok(text) => Ok(Self::parse(&name, &text)?),
+            Err(e) if e.kind() == ErrorKind::NotFound => Ok(Self::default()),
+            Err(e) if e.kind() == ErrorKind::InvalidData => {
+                Err(DemError::input(&name, "not UTF-8; expected a TOML file".to_owned()))
+            }
+            Err(e) => Err(DemError::io("read", path, e)),
+        }
+    }
+
+    pub fn parse(name: &str, text: &str) -> Result<Self, SourceError> {
+        let source = SourceText { name, text };
+        let toml: SidecarToml = source.parse()?;
+        Ok(Self {
+            spacing_m: toml.spacing_m.map(|value| spacing_m(&source, &value)).transpose()?,
+            scale: toml.scale.map(|value| finite(&source, &value, "scale")).transpose()?,
+            offset_m: toml.offset_m.map(|value| finite(&source, &value, "offset_m")).transpose()?,
+            source: toml.source,
+            licence: toml.licence,
+            notice: toml.notice,
+        })
+    }
+}
+
+/// One positive number for both axes, or two.
+fn spacing_m(source: &SourceText, value: &Spanned<Value>) -> Result<[f64; 2], SourceError> {
+    let found = value.get_ref();
+    let spacing = match found {
+        Value::Array(both) => match both.as_slice() {
+            [x, z] => metres(x).zip(metres(z)),
+            _ => None,
+        },
+        both => metres(both).zip(metres(both)),
+    };
+    let refuse = || {
+        let expected = "a positive number of metres, or one for x and one for z, such as [74.8, 92.5]";
+        source.error(value.span(), format!("`spacing_m` is {}; expected {expected}", found.to_string().escape_debug()))
+    };
+    spacing.map(<[f64; 2]>::from).ok_or_else(refuse)
+}
+
+fn metres(value: &Value) -> Option<f64> {
+    let number = value.as_float().or(value.as_integer().map(|integer| integer as f64))?;
+    (number.is_finite() && number > 0.0).then_some(number)
+}
+
+fn finite(source: &SourceText, value: &Spanned<f64>, name: &str) -> Result<f64, SourceError> {
+    let found = *value.get_ref();
+    let refuse = || source.error(value.span(), format!("`{name}` is {found}; expected a finite number"));
+    found.is_finite().then_some(found).ok_or_else(refuse)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_key_is_read() {
+        let text = "spacing_m = [74.5, 93]\nscale = 0.1\noffset_m = -10\nsource = 's'\nlicence = 'l'\nnotice = 'n'\n";
+        let expected = Sidecar {
+            spacing_m: Some([74.5, 93.0]),
+            scale: Some(0.1),
+            offset_m: Some(-10.0),
+            source: Some("s".to_owned()),
+            licence: Some("l".to_owned()),
+            notice: Some("n".to_owned()),
+        };
+        assert_eq!(Sidecar::parse("a.toml", text), Ok(expected));
+        assert_eq!(Sidecar::parse("a.toml", "spacing_m = 30").unwrap().spacing_m, Some([30.0, 30.0]));
+        assert_eq!(Sidecar::parse("a.toml", ""), Ok(Sidecar::default()));
+    }
+
+    #[test]
+    fn mistakes_are_refused_where_they_are() {
+        const SPACING: &str = "expected a positive number of metres, or one for x and one for z, such as [74.8, 92.5]";
+        let cases = [
+            (
+                "scale = 1\nspacing = 30",
+                "2:1: unknown field `spacing`, expected one of `spacing_m`, `scale`, \
+              `offset_m`, `source`, `licence`, `notice`"
+                    .to_owned(),
+            ),
+            ("\nspacing_m = 0", format!("2:13: `spacing_m` is 0; {SPACING}")),
+            ("spacing_m = [1.5, nan]", format!("1:13: `spacing_m` is [1.5, nan]; {SPACING}")),
+            ("spacing_m = [1, 2, 3]", format!("1:13: `spacing_m` is [1, 2, 3]; {SPACING}")),
+            ("spacing_m = '30 m'", format!("1:13: `spacing_m` is \\\"30 m\\\"; {SPACING}")),
+            ("scale = inf", "1:9: `scale` is inf; expected a finite number".to_owned()),
+            ("offset_m = 'low'", "1:12: invalid type: string \"low\", expected f64".to_owned()),
+            ("scale = 1\nscale = 2", "2:1: duplicate key".to_owned()),
+        ];
+        for (text, expected) in cases {
+            assert_eq!(Sidecar::parse("a.toml", text).unwrap_err().to_string(), format!("a.toml:{expected}"));
+        }
+    }
+}

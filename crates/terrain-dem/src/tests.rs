@@ -1,0 +1,169 @@
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use image::{ExtendedColorType, ImageEncoder, codecs::png::PngEncoder};
+use tempfile::TempDir;
+use terrain_core::Sample;
+
+use super::*;
+
+const SPACED: ReadOptions =
+    ReadOptions { spacing_m: Some([30.0, 30.0]), scale: None, offset_m: None, allow_8_bit: false };
+
+/// A folder with `dem.png`, 3 x 2 samples with the values 0 to 50000.
+fn folder() -> (TempDir, PathBuf) {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("dem.png");
+    write_png16(&path, 3, 2, &[0, 1, 2, 300, 4000, 50_000]).unwrap();
+    (folder, path)
+}
+
+/// A PNG of another kind.
+fn write_png(path: &Path, size: [u32; 2], kind: ExtendedColorType, bytes: &[u8]) {
+    PngEncoder::new(fs::File::create(path).unwrap()).write_image(bytes, size[0], size[1], kind).unwrap();
+}
+
+/// The message without the folder's name.
+fn refusal(path: &Path, options: &ReadOptions) -> String {
+    let refused = read(path, options).unwrap_err();
+    refused.to_string().replace(&format!("{}/", path.parent().unwrap().display()), "")
+}
+
+#[test]
+fn values_become_heights_by_the_sidecar() {
+    let (folder, path) = folder();
+    let sidecar = "spacing_m = [74.5, 93]\nscale = 0.1\noffset_m = -10\nsource = 'SRTM'\nlicence = 'free'\n";
+    fs::write(folder.path().join("dem.toml"), sidecar).unwrap();
+    let dem = read(&path, &ReadOptions::default()).unwrap();
+    let heights_m = vec![-10.0, -9.9, -9.8, 20.0, 390.0, 4990.0];
+    assert_eq!(dem.heightmap, Heightmap::new(3, 2, [74.5, 93.0], heights_m).unwrap());
+    assert_eq!((dem.name.as_str(), dem.source.as_deref(), dem.licence.as_deref()), ("dem", Some("SRTM"), Some("free")));
+}
+
+#[test]
+fn options_override_the_sidecar() {
+    let (folder, path) = folder();
+    fs::write(folder.path().join("dem.toml"), "spacing_m = 9\nscale = 5\noffset_m = 5\n").unwrap();
+    let options = ReadOptions { scale: Some(2.0), offset_m: Some(-1.0), ..SPACED };
+    let heights_m = vec![-1.0, 1.0, 3.0, 599.0, 7999.0, 99_999.0];
+    assert_eq!(read(&path, &options).unwrap().heightmap, Heightmap::new(3, 2, [30.0; 2], heights_m).unwrap());
+}
+
+#[test]
+fn no_spacing_is_refused() {
+    let expected = "dem.png: no spacing; expected `spacing_m = [30.0, 30.0]` (metres) in a file of the same name that ends \
+                    in .toml, or --spacing 30";
+    assert_eq!(refusal(&folder().1, &ReadOptions::default()), expected);
+}
+
+#[test]
+fn sidecar_mistakes_are_refused_with_line_and_column() {
+    let (folder, path) = folder();
+    fs::write(folder.path().join("dem.toml"), "spacing_m = 30\nscale = nan\n").unwrap();
+    assert_eq!(refusal(&path, &SPACED), "dem.toml:2:9: `scale` is NaN; expected a finite number");
+}
+
+#[test]
+fn numbers_that_give_no_heights_are_refused() {
+    let (_folder, path) = folder();
+    let refuse = |options| refusal(&path, &options);
+    let expected = "dem.png: spacing 30 x -1 m: expected two positive, finite numbers";
+    assert_eq!(refuse(ReadOptions { spacing_m: Some([30.0, -1.0]), ..SPACED }), expected);
+    let expected = "dem.png: height NaN at column 0, row 0: expected a finite number";
+    assert_eq!(refuse(ReadOptions { scale: Some(f64::NAN), ..SPACED }), expected);
+}
+
+#[test]
+fn eight_bits_are_taken_only_on_demand() {
+    let (_folder, path) = folder();
+    write_png(&path, [2, 2], ExtendedColorType::L8, &[0, 1, 2, 255]);
+    let expected = "dem.png: an 8-bit greyscale PNG, whose 256 heights show as steps; expected a 16-bit greyscale PNG, or \
+                    --allow-8-bit";
+    assert_eq!(refusal(&path, &SPACED), expected);
+    let dem = read(&path, &ReadOptions { allow_8_bit: true, ..SPACED }).unwrap();
+    assert_eq!(dem.heightmap.heights_m(), [0.0, 1.0, 2.0, 255.0]);
+}
+
+#[test]
+fn other_files_are_refused_for_what_they_are() {
+    let (folder, path) = folder();
+    let refuse = |bytes: &[u8]| {
+        fs::write(&path, bytes).unwrap();
+        refusal(&path, &SPACED)
+    };
+    let expected = "dem.png: not a PNG (starts with \"north 1 2\\n3 \"); expected a 16-bit greyscale PNG";
+    assert_eq!(refuse(b"north 1 2\n3 4 5 6"), expected);
+    assert_eq!(refuse(b""), "dem.png: an empty file; expected a 16-bit greyscale PNG");
+    let expected = "dem.png: a PNG without a header; expected a 16-bit greyscale PNG: fetch it again";
+    assert_eq!(refuse(b"\x89PNG\r\n\x1a\n"), expected);
+
+    write_png(&path, [2, 2], ExtendedColorType::Rgb8, &[0; 12]);
+    assert_eq!(refusal(&path, &SPACED), "dem.png: a PNG of 8-bit colour; expected a 16-bit greyscale PNG: convert it");
+    write_png(&path, [2, 2], ExtendedColorType::La16, &[0; 16]);
+    let expected = "dem.png: a PNG of 16-bit greyscale and alpha; expected a 16-bit greyscale PNG: convert it";
+    assert_eq!(refusal(&path, &SPACED), expected);
+    write_png(&path, [1, 9], ExtendedColorType::L16, &[0; 18]);
+    let expected = "dem.png: 1 x 9 samples; expected 2 to 65535 a side and at most 536870912 in all: crop it";
+    assert_eq!(refusal(&path, &SPACED), expected);
+
+    fs::create_dir(folder.path().join("folder.png")).unwrap();
+    let expected = "folder.png: not a file; expected a 16-bit greyscale PNG";
+    assert_eq!(refusal(&folder.path().join("folder.png"), &SPACED), expected);
+}
+
+#[test]
+fn a_file_that_is_not_there_is_an_io_error() {
+    let (folder, path) = folder();
+    let missing = folder.path().join("none.png");
+    let refused = read(&missing, &SPACED).unwrap_err();
+    assert!(refused.is_io() && refused.to_string().contains("none.png: cannot read: No such file"), "{refused}");
+    fs::write(&path, "text").unwrap();
+    assert!(!read(&path, &SPACED).unwrap_err().is_io());
+    assert!(write_png16(&folder.path().join("none/a.png"), 2, 2, &[0; 4]).unwrap_err().is_io());
+}
+
+/// Cut short or with any bit flipped, a file is refused as bad input; it never panics, and never gives other heights.
+#[test]
+fn broken_files_are_refused() {
+    let (_folder, path) = folder();
+    let (whole, dem) = (fs::read(&path).unwrap(), read(&path, &SPACED).unwrap());
+    let check = |bytes: &[u8]| {
+        fs::write(&path, bytes).unwrap();
+        match read(&path, &SPACED) {
+            Ok(read) => assert_eq!(read, dem),
+            Err(e) => assert!(!e.is_io() && !e.to_string().contains('\n'), "{e}"),
+        }
+    };
+    (0..whole.len()).for_each(|length| check(&whole[..length]));
+    for bit in 0..whole.len() * 8 {
+        let mut bytes = whole.clone();
+        bytes[bit / 8] ^= 1 << (bit % 8);
+        check(&bytes);
+    }
+    fs::write(&path, &whole[..whole.len() - 24]).unwrap();
+    let expected = "dem.png: the PNG ends before its last row; expected a whole file: fetch it again";
+    assert_eq!(refusal(&path, &SPACED), expected);
+}
+
+#[test]
+fn built_in_names_open_anywhere() {
+    assert_eq!(built_in_names().collect::<Vec<_>>(), ["jacksboro"]);
+    let dem = open("jacksboro", &ReadOptions::default()).unwrap();
+    let map = &dem.heightmap;
+    assert_eq!((map.columns(), map.rows(), map.spacing_m()), (403, 344, [74.8480, 92.4705]));
+    assert_eq!(map.height_range_m(Sample { column: 0, row: 0 }, Sample { column: 402, row: 343 }), [236.0, 1076.0]);
+    // The summit of Cross Mountain, in the south of the map: the first row is the northern one.
+    assert_eq!(map.height_m(Sample { column: 219, row: 297 }), 1076.0);
+    assert_eq!(dem.licence.as_deref(), Some("public domain (work of the US Government)"));
+}
+
+#[test]
+fn synthetic_terrain_opens_by_its_size_and_seed() {
+    let dem = open("synthetic:64x48:9", &ReadOptions::default()).unwrap();
+    assert_eq!((dem.name.as_str(), &dem.heightmap), ("synthetic-64x48-9", &synthetic::generate(64, 48, 9)));
+    let halved = open("synthetic:64x48:9", &ReadOptions { scale: Some(0.5), ..ReadOptions::default() }).unwrap();
+    assert_eq!(halved.heightmap.heights_m()[5], dem.heightmap.heights_m()[5] * 0.5);
+    let expected = "synthetic:1x9:1: no synthetic terrain; expected synthetic:COLUMNSxROWS:SEED with 2 to 65535 samples a \
+                    side and at most 536870912 in all, such as synthetic:193x250:7";
+    assert_eq!(open("synthetic:1x9:1", &ReadOptions::default()).unwrap_err().to_string(), expected);
+}
