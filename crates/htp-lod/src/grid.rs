@@ -47,6 +47,7 @@ impl Half {
         1 << self as u8
     }
 
+    /// The half on the other side of the hypotenuse; all three neighbours of a patch are such halves.
     pub fn other(self) -> Self {
         Self::BOTH[1 - self as usize]
     }
@@ -92,6 +93,7 @@ pub(crate) struct Layer {
 
 /// The hierarchy over one DEM.
 pub(crate) struct Grid {
+    /// Small triangles along each side of a patch, and squares along each side of the next coarser square.
     pub k: u32,
     /// The DEM's last column and last row.
     last: [u32; 2],

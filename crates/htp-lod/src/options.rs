@@ -20,8 +20,9 @@ pub struct Options {
     /// Layers of the hierarchy, which is the number of levels of detail; 1 to 6, default 3 (section 3, phase 2).
     /// A cell is `k^layers` sample intervals wide; the coarsest step, `k^(layers - 1)`, is at most 32,767.
     pub layers: u32,
-    /// The longest screen length, in pixels, that the leg of a small triangle may have (unless its patch is of the
-    /// finest layer already); positive, default 8.
+    /// The longest screen length, in pixels, that the leg of a small triangle may have; positive, default 8. The leg
+    /// counts with its length on the map, as if seen square-on from where the eye is nearest to its patch. On the
+    /// finest layer legs may be longer.
     pub leg_px: f64,
     /// How the visible patches reach the GPU; default [`Batching::PerPatch`].
     pub batching: Batching,
