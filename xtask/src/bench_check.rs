@@ -49,7 +49,7 @@ fn fly(program: &Path, folder: &Path) -> Result<Check, Fault> {
     let mut args: Vec<OsString> = ["bench", "--suite", "quick", "--out"].map(OsString::from).into();
     args.push(folder.into());
     set_up_gpu(program, &mut args);
-    let status = Command::new(program).args(&args).status().map_err(|e| program::cannot_start(program, &e))?;
+    let status = program::command(program, &args).status().map_err(|e| program::cannot_start(program, &e))?;
     Ok(match program::exit_code(status) {
         0 => Ok(()),
         code => Err(format!("the bench ended with exit code {code}")),

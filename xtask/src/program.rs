@@ -78,16 +78,27 @@ fn json_string(text: &str) -> String {
 #[cfg(unix)]
 pub fn become_program(program: &Path, args: &[OsString]) -> Fault {
     use std::os::unix::process::CommandExt;
-    cannot_start(program, &Command::new(program).args(args).exec())
+    cannot_start(program, &command(program, args).exec())
 }
 
 /// Runs the program and ends with its exit code. Returns only where it could not start.
 #[cfg(not(unix))]
 pub fn become_program(program: &Path, args: &[OsString]) -> Fault {
-    match Command::new(program).args(args).status() {
+    match command(program, args).status() {
         Ok(status) => std::process::exit(exit_code(status)),
         Err(error) => cannot_start(program, &error),
     }
+}
+
+/// Without a desktop, Mesa's device-select layer asks Wayland which GPU draws the screen, and prints an error that
+/// there is no Wayland. The program chooses its adapter itself, so the layer is switched off.
+pub fn command(program: &Path, args: &[OsString]) -> Command {
+    let mut command = Command::new(program);
+    command.args(args);
+    if std::env::var_os("WAYLAND_DISPLAY").is_none() {
+        command.env("NODEVICE_SELECT", "1");
+    }
+    command
 }
 
 pub fn cannot_start(program: &Path, error: &std::io::Error) -> Fault {

@@ -31,12 +31,11 @@
 mod key;
 mod parse;
 mod path;
-mod source;
 mod spline;
 
 pub use path::FlightPath;
-pub use source::{SourceError, SourceText};
 
+use crate::source::{LineColumn, SourceError, SourceText};
 use key::Key;
 
 /// Why a flight is refused: one line, `FILE:LINE:COLUMN: reason; expected ...`.
@@ -97,7 +96,7 @@ impl Flight {
         (self.duration_s() * self.steps_per_second).round() as u32 + 1
     }
 
-    fn error_at(&self, position: source::LineColumn, reason: String) -> FlightError {
+    fn error_at(&self, position: LineColumn, reason: String) -> FlightError {
         SourceError { source_name: self.source_name.clone(), position, reason }
     }
 }

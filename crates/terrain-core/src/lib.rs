@@ -12,6 +12,7 @@ mod method;
 mod mirror;
 mod plan;
 mod random;
+pub mod source;
 mod stats;
 mod vertex;
 mod view;

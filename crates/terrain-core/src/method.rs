@@ -8,7 +8,7 @@ use crate::{BufferSizes, FramePlan, View};
 ///
 /// 1. Draws touch only bytes that this or an earlier plan uploaded.
 /// 2. Draws are triangle lists, counter-clockwise seen from above; vertices are DEM samples with the DEM's heights;
-///    areas are positive (zero is allowed on the DEM's outline alone).
+///    areas are positive (zero is allowed on the DEM's outline, and where two corners are one sample).
 /// 3. With culling off the triangles are watertight and cover the DEM exactly once, in every frame.
 /// 4. The plan is a pure function of construction and the views so far, byte for byte, on any number of threads
 ///    ([`WorkReport`](crate::WorkReport)s, which hold times, aside).

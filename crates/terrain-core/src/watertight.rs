@@ -24,7 +24,7 @@ pub struct Watertightness {
     pub doubled_edges: u64,
     /// Triangles that run clockwise seen from above.
     pub inverted: u64,
-    /// Triangles without area that do not lie on the DEM's outline.
+    /// Triangles without area, of three different corners, that do not lie on the DEM's outline.
     pub stray_degenerate: u64,
     /// Edges inside the DEM without a twin, `mismatched_edges` included.
     pub open_edges: u64,
@@ -70,7 +70,7 @@ impl WatertightOracle {
         self.collect_edges(triangles, &mut found);
         self.pair_edges(&mut found);
         self.match_open_edges(&mut found);
-        for triangle in degenerate.iter().filter(|t| !self.on_outline(&t.samples)) {
+        for triangle in degenerate.iter().filter(|t| has_three_corners(t) && !self.on_outline(&t.samples)) {
             found.stray_degenerate += 1;
             found.first_defect.get_or_insert([triangle.samples[0], triangle.samples[1]]);
         }
@@ -154,6 +154,13 @@ impl WatertightOracle {
             || samples.iter().all(|s| s.row == 0)
             || samples.iter().all(|s| s.row == self.rows - 1)
     }
+}
+
+/// A triangle with two equal corners covers nothing, and its two edges are each other's twins. Index lists that are
+/// shared by all patches make such triangles where a strip of a matching block is clamped to the rim.
+fn has_three_corners(triangle: &Triangle) -> bool {
+    let [a, b, c] = triangle.samples;
+    a != b && b != c && c != a
 }
 
 /// How often `key` stands at the front of a sorted slice.
@@ -256,7 +263,7 @@ mod tests {
     fn degenerate_triangles_are_allowed_on_the_outline_alone() {
         assert!(check(5, &[LOWER, UPPER, [(0, 0), (2, 0), (4, 0)]]).covers(5, 5));
         assert_eq!(check(5, &[LOWER, UPPER, [(0, 1), (2, 1), (4, 1)]]).stray_degenerate, 1);
-        assert_eq!(check(5, &[LOWER, UPPER, [(0, 0), (0, 0), (4, 4)]]).stray_degenerate, 1);
+        assert!(check(5, &[LOWER, UPPER, [(0, 0), (0, 0), (4, 4)]]).covers(5, 5), "two equal corners are nothing");
     }
 
     #[test]

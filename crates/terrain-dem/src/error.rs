@@ -1,7 +1,7 @@
 use std::io;
 use std::path::{Path, PathBuf};
 
-use terrain_core::flight::SourceError;
+use terrain_core::source::SourceError;
 
 /// Why a DEM could not be read or a file not be written; one line each.
 #[derive(Debug, thiserror::Error)]

@@ -23,7 +23,7 @@ mod sidecar;
 pub mod synthetic;
 
 use std::fs::File;
-use std::io::{BufRead, BufReader, Cursor, Seek};
+use std::io::{self, BufRead, BufReader, Cursor, Seek};
 use std::path::Path;
 
 use terrain_core::Heightmap;
@@ -37,6 +37,10 @@ use sidecar::Sidecar;
 
 /// The largest DEM in samples: 23,170 x 23,170, or about 3 GB of memory while it is read.
 pub const MAX_SAMPLES: u64 = 1 << 29;
+
+/// What a user may name, for messages.
+const EXPECTED: &str =
+    "a 16-bit greyscale PNG, synthetic:COLUMNSxROWS:SEED, or a DEM that comes with the program: jacksboro";
 
 /// A DEM that comes with the program: name, PNG, sidecar.
 const BUILT_IN: [(&str, &[u8], &str); 1] = [(
@@ -94,7 +98,10 @@ pub fn built_in_names() -> impl Iterator<Item = &'static str> {
 /// Reads a PNG and its sidecar.
 pub fn read(path: &Path, options: &ReadOptions) -> Result<Dem, DemError> {
     let shown = path.display().to_string();
-    let io_error = |source| DemError::io("read", path, source);
+    let io_error = |source: io::Error| match source.kind() {
+        io::ErrorKind::NotFound => DemError::input(&shown, format!("no such file; expected {EXPECTED}")),
+        _ => DemError::io("read", path, source),
+    };
     if !path.metadata().map_err(io_error)?.is_file() {
         return Err(DemError::input(&shown, format!("not a file; expected {}", png::EXPECTED)));
     }

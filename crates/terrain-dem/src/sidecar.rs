@@ -4,7 +4,7 @@ use std::io::ErrorKind;
 use std::path::Path;
 
 use serde::Deserialize;
-use terrain_core::flight::{SourceError, SourceText};
+use terrain_core::source::{SourceError, SourceText};
 use toml::{Spanned, Value};
 
 use crate::DemError;

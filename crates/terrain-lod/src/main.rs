@@ -1,1 +1,64 @@
-fn main() {}
+//! The program `terrain-lod`: flies terrain level-of-detail methods over elevation data and compares them.
+
+mod bench;
+mod cli;
+mod dry_run;
+mod error_pass;
+mod fault;
+mod interrupt;
+mod machine;
+mod mesh;
+mod methods;
+mod progress;
+mod results;
+mod shots;
+mod speed_pass;
+mod suite;
+mod summary;
+mod table;
+
+use std::process::ExitCode;
+
+use clap::Parser;
+
+use crate::cli::{Cli, Command};
+use crate::fault::{Cause, Fault};
+
+fn main() -> ExitCode {
+    let cli = match Cli::try_parse() {
+        Ok(cli) => cli,
+        Err(error) => return refuse(&error),
+    };
+    let result = match &cli.command {
+        Command::Bench(args) => bench::run(args),
+        Command::Mesh(args) => mesh::run(args),
+        Command::Adapters(args) => list_adapters(args),
+    };
+    match result {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(fault) => {
+            eprintln!("error: {fault}");
+            ExitCode::from(fault.cause as u8)
+        }
+    }
+}
+
+/// Help and version as clap prints them; an error as its first line, which says what was found and expected.
+fn refuse(error: &clap::Error) -> ExitCode {
+    if !error.use_stderr() {
+        print!("{error}");
+        return ExitCode::SUCCESS;
+    }
+    let text = error.to_string();
+    let lines: Vec<&str> = text.lines().map(str::trim).take_while(|line| !line.starts_with("Usage:")).collect();
+    let said: Vec<&str> = lines.into_iter().filter(|line| !line.is_empty() && !line.starts_with("For more")).collect();
+    eprintln!("{}; --help has examples", said.join(" "));
+    ExitCode::from(Cause::Usage as u8)
+}
+
+fn list_adapters(args: &cli::AdapterArgs) -> Result<(), Fault> {
+    let gpu = terrain_renderer::Gpu::headless(&args.choice())?;
+    let facts = gpu.facts();
+    println!("{} ({}, {}), {}", facts.name, facts.adapter_type, facts.backend, facts.driver);
+    Ok(())
+}

@@ -4,8 +4,8 @@ use std::mem::discriminant;
 
 use glam::DVec3;
 
-use super::source::LineColumn;
 use crate::Heightmap;
+use crate::source::LineColumn;
 
 /// Where the camera is and where it looks at one moment.
 #[derive(Clone, Debug, PartialEq)]

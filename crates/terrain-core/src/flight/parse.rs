@@ -7,8 +7,8 @@ use serde::Deserialize;
 use toml::Spanned;
 
 use super::key::{Clearance, Direction, Key, Position};
-use super::source::{SourceError, SourceText};
 use super::{Flight, MAX_FRAMES};
+use crate::source::{SourceError, SourceText};
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]

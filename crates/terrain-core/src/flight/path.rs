@@ -5,8 +5,8 @@ use std::f64::consts::FRAC_PI_2;
 use glam::DVec3;
 
 use super::key::{Direction, Key, Position};
-use super::source::LineColumn;
 use super::{Flight, FlightError, MAX_FRAMES, spline};
+use crate::source::LineColumn;
 use crate::{Camera, Heightmap, Lens, View, ViewError};
 
 /// Rounding in the spline must not refuse a flight along the DEM's rim.

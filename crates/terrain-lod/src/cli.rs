@@ -1,0 +1,248 @@
+//! The command line.
+
+use std::path::PathBuf;
+
+use clap::{Args, Parser, Subcommand, ValueEnum};
+use terrain_dem::ReadOptions;
+use terrain_renderer::{AdapterChoice, Submission};
+
+use crate::methods::MethodName;
+
+/// Flies terrain level-of-detail methods over elevation data and compares them.
+#[derive(Debug, Parser)]
+#[command(name = "terrain-lod", bin_name = "cargo xtask", version, after_help = EXAMPLES)]
+pub struct Cli {
+    #[command(subcommand)]
+    pub command: Command,
+}
+
+const EXAMPLES: &str = "\
+Examples:
+  cargo xtask bench
+  cargo xtask bench --dem my.png --spacing 30 --scale 0.1 --flight fly-over --tolerance 0.5,1,2
+  cargo xtask bench --dem synthetic:513x513:7 --methods tin,full-grid --no-gpu --out results/try
+  cargo xtask bench --suite smoke --dry-run
+  cargo xtask mesh --dem my.png --spacing 30 --method tin --tolerance 1 --flight turn --frame 40 --out mesh.ply
+
+Exit codes: 0 ok, 1 failure, 2 usage, 4 bad input data, 5 GPU or adapter, 6 I/O, 130 interrupted";
+
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Fly a DEM with every method, print the comparison, write a result folder
+    #[command(after_help = EXAMPLES)]
+    Bench(BenchArgs),
+    /// Write the mesh of one frame, of the whole DEM, as binary PLY
+    #[command(after_help = EXAMPLES)]
+    Mesh(MeshArgs),
+    /// List the graphics adapters; exit code 5 where there is none
+    Adapters(AdapterArgs),
+}
+
+/// Where the heights come from.
+#[derive(Clone, Debug, Args)]
+pub struct DemArgs {
+    /// A 16-bit greyscale PNG, a built-in DEM (jacksboro), or synthetic:COLUMNSxROWS:SEED
+    #[arg(long, value_name = "FILE")]
+    pub dem: Option<String>,
+    /// Metres between samples: one number, or x and z apart (instead of the sidecar's)
+    #[arg(long, value_name = "M[,M]", value_parser = parse_spacing)]
+    pub spacing: Option<[f64; 2]>,
+    /// Metres for one step of the file's values (instead of the sidecar's)
+    #[arg(long, value_name = "M", value_parser = parse_finite)]
+    pub scale: Option<f64>,
+    /// Height in metres of the value 0 (instead of the sidecar's)
+    #[arg(long, value_name = "M", value_parser = parse_finite, allow_hyphen_values = true)]
+    pub offset: Option<f64>,
+    /// Accept 8-bit PNGs, whose steps are coarse
+    #[arg(long)]
+    pub allow_8_bit: bool,
+}
+
+impl DemArgs {
+    pub fn read_options(&self) -> ReadOptions {
+        ReadOptions { spacing_m: self.spacing, scale: self.scale, offset_m: self.offset, allow_8_bit: self.allow_8_bit }
+    }
+}
+
+/// Settings that each method takes from what it knows.
+#[derive(Clone, Debug, Args)]
+pub struct MethodArgs {
+    /// tin: largest distance between selected samples in grid intervals [default: half a patch]
+    #[arg(long, value_name = "N")]
+    pub max_spacing: Option<u32>,
+    /// htp: small triangles along the side of a patch [default: 3]
+    #[arg(long, value_name = "N")]
+    pub k: Option<u32>,
+    /// htp: layers of the hierarchy, 1 to 6 [default: 3]
+    #[arg(long, value_name = "N")]
+    pub layers: Option<u32>,
+    /// Threads that a method plans on; the result does not depend on it [default: 1]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=256))]
+    pub threads: Option<u16>,
+}
+
+/// Which adapter draws.
+#[derive(Clone, Debug, Args)]
+pub struct AdapterArgs {
+    /// Part of the adapter's name (or WGPU_ADAPTER_NAME)
+    #[arg(long, value_name = "NAME")]
+    pub adapter: Option<String>,
+    /// vulkan, metal, dx12 or gl (or WGPU_BACKEND)
+    #[arg(long, value_name = "NAME")]
+    pub backend: Option<String>,
+}
+
+impl AdapterArgs {
+    pub fn choice(&self) -> AdapterChoice {
+        AdapterChoice { backend: self.backend.clone(), name: self.adapter.clone(), ..Default::default() }
+    }
+}
+
+/// How the draws of a plan reach the GPU.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum SubmissionName {
+    /// One draw call each
+    Direct,
+    /// One multi-draw-indirect call for all
+    Multi,
+}
+
+impl From<SubmissionName> for Submission {
+    fn from(name: SubmissionName) -> Self {
+        match name {
+            SubmissionName::Direct => Self::Direct,
+            SubmissionName::Multi => Self::MultiIndirect,
+        }
+    }
+}
+
+#[derive(Debug, Args)]
+pub struct BenchArgs {
+    /// A suite in data/suites (quick, smoke), or a TOML file; the flags below override it
+    #[arg(long, value_name = "NAME", default_value = "quick")]
+    pub suite: String,
+    #[command(flatten)]
+    pub dem: DemArgs,
+    /// A flight in data/flights (ground-level, fly-over, turn, stop-and-go), or a TOML file
+    #[arg(long, value_name = "FILE")]
+    pub flight: Option<String>,
+    /// Methods to compare
+    #[arg(long, value_delimiter = ',', value_name = "NAMES")]
+    pub methods: Option<Vec<MethodName>>,
+    /// Allowed screen-space errors in pixels: tin's setting, and everyone's yardstick
+    #[arg(long, value_delimiter = ',', value_name = "PX", value_parser = parse_positive)]
+    pub tolerance: Option<Vec<f64>>,
+    /// tin: sides of a patch in grid intervals (8, 16, 32, 64)
+    #[arg(long, value_delimiter = ',', value_name = "N")]
+    pub patch: Option<Vec<u32>>,
+    /// htp: longest screen lengths of a triangle's leg in pixels
+    #[arg(long, value_delimiter = ',', value_name = "PX", value_parser = parse_positive)]
+    pub leg_px: Option<Vec<f64>>,
+    #[command(flatten)]
+    pub method: MethodArgs,
+    /// Width and height of the picture in pixels
+    #[arg(long, value_name = "WxH", value_parser = parse_size)]
+    pub size: Option<[u32; 2]>,
+    /// Frames, evenly over the flight
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    pub frames: Option<u32>,
+    /// How often each method flies the speed pass, interleaved
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1000))]
+    pub repeats: Option<u32>,
+    #[command(flatten)]
+    pub adapter: AdapterArgs,
+    /// How the draws are sent [default: direct]
+    #[arg(long)]
+    pub submission: Option<SubmissionName>,
+    /// The folder for the results, new or empty [default: bench-results/<UTC time>-<suite>]
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+    /// Leave out all that needs a GPU: frame times and pictures
+    #[arg(long)]
+    pub no_gpu: bool,
+    /// List the runs, check DEM, flight and output folder, estimate the time; fly nothing
+    #[arg(long)]
+    pub dry_run: bool,
+}
+
+#[derive(Debug, Args)]
+pub struct MeshArgs {
+    #[command(flatten)]
+    pub dem: DemArgs,
+    /// The method that makes the mesh
+    #[arg(long, value_name = "NAME")]
+    pub method: MethodName,
+    /// tin: allowed screen-space error in pixels
+    #[arg(long, value_name = "PX", default_value = "1", value_parser = parse_positive)]
+    pub tolerance: f64,
+    /// tin: side of a patch in grid intervals (8, 16, 32, 64)
+    #[arg(long, value_name = "N", default_value = "32")]
+    pub patch: u32,
+    /// htp: longest screen length of a triangle's leg in pixels
+    #[arg(long, value_name = "PX", default_value = "8", value_parser = parse_positive)]
+    pub leg_px: f64,
+    #[command(flatten)]
+    pub settings: MethodArgs,
+    /// A flight in data/flights, or a TOML file
+    #[arg(long, value_name = "FILE", default_value = "ground-level")]
+    pub flight: String,
+    /// Frames, evenly over the flight, as in bench
+    #[arg(long, value_name = "N", default_value = "120", value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    pub frames: u32,
+    /// The frame whose mesh is written, from 0; the flight is replayed up to it
+    #[arg(long, value_name = "N", default_value = "0")]
+    pub frame: u32,
+    /// Width and height of the picture in pixels, as in bench
+    #[arg(long, value_name = "WxH", default_value = "640x360", value_parser = parse_size)]
+    pub size: [u32; 2],
+    /// The PLY file to write
+    #[arg(long, value_name = "FILE")]
+    pub out: PathBuf,
+}
+
+fn parse_finite(text: &str) -> Result<f64, String> {
+    match text.trim().parse::<f64>() {
+        Ok(number) if number.is_finite() => Ok(number),
+        _ => Err("expected a finite number".into()),
+    }
+}
+
+fn parse_positive(text: &str) -> Result<f64, String> {
+    parse_finite(text).ok().filter(|number| *number > 0.0).ok_or_else(|| "expected a number above 0".into())
+}
+
+fn parse_spacing(text: &str) -> Result<[f64; 2], String> {
+    let numbers: Result<Vec<f64>, String> = text.split(',').map(parse_positive).collect();
+    match numbers.as_deref() {
+        Ok([both]) => Ok([*both; 2]),
+        Ok([x, z]) => Ok([*x, *z]),
+        _ => Err("expected metres between samples: 30, or 52.5,92.7 for x and z".into()),
+    }
+}
+
+fn parse_size(text: &str) -> Result<[u32; 2], String> {
+    let sides = text.split_once('x').and_then(|(w, h)| Some([w.parse().ok()?, h.parse().ok()?]));
+    sides
+        .filter(|sides: &[u32; 2]| sides.iter().all(|side| (1..=16_384).contains(side)))
+        .ok_or_else(|| "expected width x height in pixels, such as 640x360, each 1 to 16384".into())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::CommandFactory;
+
+    #[test]
+    fn the_command_line_is_well_formed() {
+        Cli::command().debug_assert();
+    }
+
+    #[test]
+    fn spacings_and_sizes() {
+        assert_eq!(parse_spacing("30"), Ok([30.0, 30.0]));
+        assert_eq!(parse_spacing("52.5,92.7"), Ok([52.5, 92.7]));
+        assert!(parse_spacing("1,2,3").is_err() && parse_spacing("0").is_err() && parse_spacing("nan").is_err());
+        assert_eq!(parse_size("640x360"), Ok([640, 360]));
+        assert!(parse_size("640").is_err() && parse_size("0x4").is_err() && parse_size("-1x4").is_err());
+    }
+}

@@ -1,0 +1,80 @@
+//! `bench --dry-run`: what would be flown, and how long it would take. Writes nothing.
+
+use std::path::Path;
+use std::time::{Duration, Instant};
+
+use terrain_core::error::{ErrorDistribution, ErrorOracle};
+use terrain_core::watertight::WatertightOracle;
+use terrain_core::{FramePlan, MeshMirror};
+use terrain_renderer::{Look, Renderer};
+
+use crate::fault::{Cause, Fault};
+use crate::methods::Run;
+use crate::suite::Bench;
+
+/// Lists the runs with an estimate from one frame each, in the middle of the flight.
+pub fn print(bench: &Bench, renderer: &mut Option<Renderer>, folder: &Path) -> Result<(), Fault> {
+    let [width_m, depth_m] = bench.heightmap.extent_m();
+    println!(
+        "DEM {}: {} x {} samples, {:.1} x {:.1} km",
+        bench.dem_name,
+        bench.heightmap.columns(),
+        bench.heightmap.rows(),
+        width_m / 1e3,
+        depth_m / 1e3
+    );
+    let [width_px, height_px] = bench.suite.size_px;
+    println!("Flight {}: {} frames of {width_px} x {height_px} px", bench.flight_name, bench.path.len());
+    match renderer {
+        Some(renderer) => {
+            let facts = renderer.gpu().facts();
+            println!("Adapter: {} ({}, {})", facts.name, facts.adapter_type, facts.backend);
+        }
+        None => println!("Adapter: none; frame times and pictures are left out"),
+    }
+    println!("Results: {}", folder.display());
+    let mut total = Duration::ZERO;
+    for run in &bench.runs {
+        let time = estimate(bench, run, renderer)?;
+        let tolerances: Vec<String> = bench.suite.tolerances_of(run).iter().map(f64::to_string).collect();
+        println!(
+            "  {}  {}  tolerance {} px  about {:.0} s",
+            run.method.as_str(),
+            run.setting(),
+            tolerances.join(", "),
+            time.as_secs_f64()
+        );
+        total += time;
+    }
+    println!("{} runs, about {:.0} s in all", bench.runs.len(), total.as_secs_f64());
+    Ok(())
+}
+
+/// One frame of each pass, times the number of frames. The first plan does far more than the others, so it is the
+/// second one, a frame further on, that is timed.
+fn estimate(bench: &Bench, run: &Run, renderer: &mut Option<Renderer>) -> Result<Duration, Fault> {
+    let mut method = run.build(&bench.heightmap)?;
+    let mut mirror = MeshMirror::new(&method.buffers(), &bench.heightmap);
+    let mut buffers = renderer.as_ref().map(|r| r.buffers(method.buffers())).transpose()?;
+    let mut plan = FramePlan::default();
+    let (mut error_time, mut speed_time) = (Duration::ZERO, Duration::ZERO);
+    let middle = bench.path.len() / 2;
+    for frame in [middle.saturating_sub(1), middle] {
+        let view = bench.path.view(frame, bench.suite.size_px).map_err(|e| Fault::new(Cause::BadInput, e))?;
+        let start = Instant::now();
+        method.plan(&view, &mut plan);
+        if let (Some(renderer), Some(buffers)) = (renderer.as_mut(), buffers.as_mut()) {
+            renderer.frame(&view, &plan, buffers, &Look::default())?;
+        }
+        speed_time = start.elapsed();
+        let start = Instant::now();
+        mirror.replay(&plan).map_err(|e| Fault::new(Cause::Failure, e))?;
+        let (columns, rows) = (bench.heightmap.columns(), bench.heightmap.rows());
+        WatertightOracle::new(columns, rows).check(mirror.triangles(), mirror.degenerate());
+        let mut oracle = ErrorOracle::new(&bench.heightmap);
+        oracle.set_mesh(mirror.triangles());
+        oracle.measure(&view, &mut ErrorDistribution::new(&[]));
+        error_time = start.elapsed();
+    }
+    Ok((speed_time * bench.suite.repeats + error_time) * bench.path.len())
+}

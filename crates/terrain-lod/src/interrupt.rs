@@ -1,0 +1,21 @@
+//! Ctrl-C: the pass under way ends at its next frame, what is written stays marked as incomplete.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use crate::fault::{Cause, Fault};
+
+static ASKED: AtomicBool = AtomicBool::new(false);
+
+/// From now on Ctrl-C only asks; [`check`] answers.
+pub fn listen() {
+    // Without a handler Ctrl-C ends the process at once, which is harmless: results are marked until complete.
+    let _ = ctrlc::set_handler(|| ASKED.store(true, Ordering::Relaxed));
+}
+
+/// An error once Ctrl-C was pressed.
+pub fn check() -> Result<(), Fault> {
+    match ASKED.load(Ordering::Relaxed) {
+        true => Err(Fault::new(Cause::Interrupted, "interrupted; the result folder stays marked INCOMPLETE")),
+        false => Ok(()),
+    }
+}

@@ -1,0 +1,115 @@
+//! `machine.json`: what a reader must know to believe the numbers, or to repeat them.
+
+use std::process::Command;
+
+use serde::Serialize;
+use sha2::{Digest, Sha256};
+use sysinfo::System;
+use terrain_core::Heightmap;
+use terrain_renderer::AdapterFacts;
+
+use crate::suite::{Bench, Suite};
+
+#[derive(Serialize)]
+pub struct Machine<'a> {
+    pub program: &'static str,
+    pub version: &'static str,
+    pub utc: String,
+    pub command: Vec<String>,
+    pub cpu: String,
+    pub cores: usize,
+    pub memory_mib: u64,
+    pub os: String,
+    pub load_average: f64,
+    /// `None` without a GPU.
+    pub adapter: Option<String>,
+    pub adapter_type: Option<String>,
+    pub backend: Option<String>,
+    pub driver: Option<String>,
+    pub rustc: &'static str,
+    pub profile: &'static str,
+    pub commit: Option<String>,
+    pub dirty: Option<bool>,
+    pub dem: &'a str,
+    pub dem_columns: u32,
+    pub dem_rows: u32,
+    pub dem_spacing_m: [f64; 2],
+    pub dem_sha256: String,
+    pub flight: &'a str,
+    pub flight_sha256: String,
+    pub suite: &'a str,
+    pub submission: String,
+    pub options: &'a Suite,
+}
+
+impl<'a> Machine<'a> {
+    /// The facts of this machine and this bench.
+    pub fn of(bench: &'a Bench, adapter: Option<&AdapterFacts>, utc: String) -> Self {
+        let system = System::new_all().ok();
+        let commit = git(&["rev-parse", "HEAD"]);
+        Self {
+            program: env!("CARGO_PKG_NAME"),
+            version: env!("CARGO_PKG_VERSION"),
+            utc,
+            command: std::env::args().skip(1).collect(),
+            cpu: cpu_name(system.as_ref()),
+            cores: std::thread::available_parallelism().map_or(1, usize::from),
+            memory_mib: system.as_ref().map_or(0, |system| system.total_memory() >> 20),
+            os: System::long_os_version().unwrap_or_else(|_| std::env::consts::OS.into()),
+            load_average: System::load_average().map_or(0.0, |load| load.one),
+            adapter: adapter.map(|a| a.name.clone()),
+            adapter_type: adapter.map(|a| a.adapter_type.to_string()),
+            backend: adapter.map(|a| a.backend.to_string()),
+            driver: adapter.map(|a| a.driver.clone()),
+            rustc: env!("TERRAIN_LOD_RUSTC"),
+            profile: if cfg!(debug_assertions) { "debug" } else { "release" },
+            dirty: commit.as_ref().and_then(|_| git(&["status", "--porcelain"])).map(|changes| !changes.is_empty()),
+            commit,
+            dem: &bench.dem_name,
+            dem_columns: bench.heightmap.columns(),
+            dem_rows: bench.heightmap.rows(),
+            dem_spacing_m: bench.heightmap.spacing_m(),
+            dem_sha256: dem_checksum(&bench.heightmap),
+            flight: &bench.flight_name,
+            flight_sha256: flight_checksum(bench),
+            suite: &bench.suite_name,
+            submission: format!("{:?}", bench.submission),
+            options: &bench.suite,
+        }
+    }
+}
+
+fn cpu_name(system: Option<&System>) -> String {
+    let first = system.and_then(|system| system.cpus().first());
+    first.map_or_else(|| "unknown".into(), |cpu| cpu.brand().trim().into())
+}
+
+/// What git says about the sources that this program was built from; nothing where they are gone.
+fn git(arguments: &[&str]) -> Option<String> {
+    let output = Command::new("git").current_dir(env!("CARGO_MANIFEST_DIR")).args(arguments).output().ok()?;
+    output.status.success().then(|| String::from_utf8_lossy(&output.stdout).trim().to_string())
+}
+
+/// SHA-256 over size, spacing and heights: of what was measured, whatever file it came from.
+fn dem_checksum(heightmap: &Heightmap) -> String {
+    let mut hash = Sha256::new();
+    hash.update(heightmap.columns().to_le_bytes());
+    hash.update(heightmap.rows().to_le_bytes());
+    heightmap.spacing_m().iter().for_each(|s| hash.update(s.to_le_bytes()));
+    heightmap.heights_m().iter().for_each(|h| hash.update(h.to_le_bytes()));
+    hex(&hash.finalize())
+}
+
+/// SHA-256 over all cameras of the flight on this DEM.
+fn flight_checksum(bench: &Bench) -> String {
+    let mut hash = Sha256::new();
+    for camera in (0..bench.path.len()).map(|frame| bench.path.camera(frame)) {
+        let numbers = [camera.eye_world.x, camera.eye_world.y, camera.eye_world.z, camera.heading, camera.pitch];
+        numbers.iter().for_each(|n| hash.update(n.to_le_bytes()));
+    }
+    hex(&hash.finalize())
+}
+
+fn hex(bytes: &[u8]) -> String {
+    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
+}

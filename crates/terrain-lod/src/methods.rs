@@ -1,0 +1,140 @@
+//! The one place that names the methods: to add one, add it here.
+
+use std::sync::Arc;
+
+use clap::ValueEnum;
+use htp_lod::{Batching, Htp};
+use lod_baselines::FullGrid;
+use serde::{Deserialize, Serialize};
+use terrain_core::{Heightmap, LodMethod};
+use tin_lod::Tin;
+
+use crate::fault::Fault;
+
+/// A method by its name on the command line, in suites and in tables.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum MethodName {
+    /// Runtime Delaunay patches (Bertilsson and Goswami 2016)
+    Tin,
+    /// Hierarchical triangular patches, one draw a patch (after Lim and Choi 2008)
+    Htp,
+    /// The same patches in at most 8 instanced draws
+    HtpInstanced,
+    /// Every sample in one draw: the reference
+    FullGrid,
+}
+
+impl MethodName {
+    /// The name as users write it.
+    pub fn as_str(self) -> &'static str {
+        match self {
+            Self::Tin => "tin",
+            Self::Htp => "htp",
+            Self::HtpInstanced => "htp-instanced",
+            Self::FullGrid => "full-grid",
+        }
+    }
+}
+
+/// Settings of one run; each method takes those that it knows.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Settings {
+    /// tin: the error in pixels that steers its selection.
+    pub tolerance_px: f64,
+    /// tin: side of a patch in grid intervals.
+    pub patch: u32,
+    /// tin: largest distance between selected samples in grid intervals; half a patch without.
+    pub max_spacing: Option<u32>,
+    /// htp: longest screen length of a triangle's leg in pixels.
+    pub leg_px: f64,
+    /// htp: small triangles along a patch's side.
+    pub k: u32,
+    /// htp: number of layers.
+    pub layers: u32,
+    /// Threads that a method may plan on.
+    pub threads: usize,
+    /// Whether patches out of sight are left out.
+    pub culling: bool,
+}
+
+/// One method with its settings.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Run {
+    pub method: MethodName,
+    pub settings: Settings,
+}
+
+impl Run {
+    /// Makes the method for a DEM.
+    pub fn build(&self, heightmap: &Arc<Heightmap>) -> Result<Box<dyn LodMethod>, Fault> {
+        let heightmap = heightmap.clone();
+        let method: Box<dyn LodMethod> = match self.method {
+            MethodName::Tin => Box::new(Tin::new(heightmap, self.tin_options()).map_err(Fault::usage)?),
+            MethodName::Htp => self.build_htp(heightmap, Batching::PerPatch)?,
+            MethodName::HtpInstanced => self.build_htp(heightmap, Batching::Instanced)?,
+            MethodName::FullGrid => Box::new(FullGrid::new(&heightmap)),
+        };
+        debug_assert_eq!(method.name(), self.method.as_str());
+        Ok(method)
+    }
+
+    /// Refuses settings that the method would refuse.
+    pub fn validate(&self) -> Result<(), Fault> {
+        match self.method {
+            MethodName::Tin => self.tin_options().validate().map_err(Fault::usage),
+            MethodName::Htp => self.htp_options(Batching::PerPatch).validate().map_err(Fault::usage),
+            MethodName::HtpInstanced => self.htp_options(Batching::Instanced).validate().map_err(Fault::usage),
+            MethodName::FullGrid => Ok(()),
+        }
+    }
+
+    fn build_htp(&self, heightmap: Arc<Heightmap>, batching: Batching) -> Result<Box<dyn LodMethod>, Fault> {
+        Ok(Box::new(Htp::new(heightmap, self.htp_options(batching)).map_err(Fault::usage)?))
+    }
+
+    fn tin_options(&self) -> tin_lod::Options {
+        let Settings { patch, tolerance_px, max_spacing, threads, culling, .. } = self.settings;
+        tin_lod::Options { patch, tolerance_px, max_spacing, threads, culling }
+    }
+
+    fn htp_options(&self, batching: Batching) -> htp_lod::Options {
+        let Settings { k, layers, leg_px, culling, .. } = self.settings;
+        htp_lod::Options { k, layers, leg_px, batching, culling }
+    }
+
+    /// Whether the tolerance in pixels is a setting of this method. To the others it is a yardstick only.
+    pub fn takes_tolerance(&self) -> bool {
+        self.method == MethodName::Tin
+    }
+
+    /// What the column `setting` says; the tolerance has a column of its own.
+    pub fn setting(&self) -> String {
+        let Settings { patch, max_spacing, leg_px, k, layers, .. } = self.settings;
+        match self.method {
+            MethodName::Tin => {
+                format!("selector=algorithm1 patch={patch} spacing={}", max_spacing.unwrap_or(patch / 2))
+            }
+            MethodName::Htp | MethodName::HtpInstanced => {
+                format!("metric=distance leg={leg_px}px k={k} layers={layers}")
+            }
+            MethodName::FullGrid => "step=1".into(),
+        }
+    }
+
+    /// Side of a patch in grid intervals, for the methods that have one to choose.
+    pub fn patch(&self) -> Option<u32> {
+        (self.method == MethodName::Tin).then_some(self.settings.patch)
+    }
+
+    /// A short unique name for files: letters, digits, dots and dashes.
+    pub fn file_stem(&self) -> String {
+        let Settings { tolerance_px, patch, leg_px, k, layers, .. } = self.settings;
+        let name = self.method.as_str();
+        match self.method {
+            MethodName::Tin => format!("{name}-{tolerance_px}px-patch{patch}"),
+            MethodName::Htp | MethodName::HtpInstanced => format!("{name}-leg{leg_px}px-k{k}-l{layers}"),
+            MethodName::FullGrid => name.into(),
+        }
+    }
+}

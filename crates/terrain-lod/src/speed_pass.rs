@@ -1,0 +1,122 @@
+//! The speed pass: every method flies with a clock on each step, and nothing else is measured.
+//!
+//! Methods take turns (A B C, A B C, ...), so that a slow spell of the machine hits all of them.
+
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::time::{Duration, Instant};
+
+use cpu_time::ProcessTime;
+use serde::Serialize;
+use terrain_core::{FramePlan, View, WorkReport};
+use terrain_renderer::{FrameTimes, Look, MethodBuffers, Renderer};
+
+use crate::error_pass::outcome;
+use crate::fault::{Cause, Fault};
+use crate::interrupt;
+use crate::methods::Run;
+use crate::progress::Progress;
+use crate::suite::Bench;
+
+/// One frame of the speed pass, a row in `frames/*-speed.csv`. Times are milliseconds.
+#[derive(Clone, Debug, Serialize)]
+pub struct SpeedFrame {
+    pub repeat: u32,
+    pub frame: u32,
+    /// Whether the frame is one of those at the start that are not counted.
+    pub warm_up: bool,
+    /// From the call of `plan` to the end of the GPU's work.
+    pub frame_ms: Option<f64>,
+    pub plan_ms: f64,
+    /// The updates that the plan did: all of it, and its stages summed over all threads.
+    pub update_ms: f64,
+    pub select_ms: f64,
+    pub triangulate_ms: f64,
+    pub upload_ms: Option<f64>,
+    /// Recording the commands: what draw calls cost.
+    pub encode_ms: Option<f64>,
+    pub submit_ms: Option<f64>,
+    pub wait_ms: Option<f64>,
+    pub gpu_ms: Option<f64>,
+    /// CPU time of the whole process.
+    pub cpu_ms: f64,
+    pub draw_calls: Option<u32>,
+}
+
+/// Flies all runs in turn, `repeats` times. A run that fails yields its reason and is left out from then on.
+pub fn fly_all(
+    bench: &Bench,
+    renderer: &mut Option<Renderer>,
+    progress: &Progress,
+) -> Result<Vec<Result<Vec<SpeedFrame>, String>>, Fault> {
+    let mut flights: Vec<Result<Vec<SpeedFrame>, String>> = bench.runs.iter().map(|_| Ok(Vec::new())).collect();
+    for repeat in 0..bench.suite.repeats {
+        for (run, flight) in bench.runs.iter().zip(&mut flights) {
+            let Ok(frames) = flight else { continue };
+            let flown = catch_unwind(AssertUnwindSafe(|| fly(bench, run, repeat, renderer, progress)));
+            match outcome(flown)? {
+                Ok(more) => frames.extend(more),
+                Err(reason) => *flight = Err(reason),
+            }
+        }
+    }
+    Ok(flights)
+}
+
+fn fly(
+    bench: &Bench,
+    run: &Run,
+    repeat: u32,
+    renderer: &mut Option<Renderer>,
+    progress: &Progress,
+) -> Result<Vec<SpeedFrame>, Fault> {
+    let mut method = run.build(&bench.heightmap)?;
+    let mut buffers = renderer.as_ref().map(|renderer| renderer.buffers(method.buffers())).transpose()?;
+    let mut plan = FramePlan::default();
+    let mut frames = Vec::with_capacity(bench.path.len() as usize);
+    for frame in 0..bench.path.len() {
+        interrupt::check()?;
+        let view = bench.path.view(frame, bench.suite.size_px).map_err(|e| Fault::new(Cause::BadInput, e))?;
+        let (cpu, start) = (ProcessTime::now(), Instant::now());
+        method.plan(&view, &mut plan);
+        let plan_time = start.elapsed();
+        let times = draw(renderer, &mut buffers, &view, &plan)?;
+        let (frame_time, cpu_time) = (start.elapsed(), cpu.elapsed());
+        let work = |stage: fn(&WorkReport) -> Duration| ms(plan.work.iter().map(stage).sum());
+        frames.push(SpeedFrame {
+            repeat,
+            frame,
+            warm_up: frame < bench.suite.warm_up,
+            frame_ms: times.map(|_| ms(frame_time)),
+            plan_ms: ms(plan_time),
+            update_ms: work(|w| w.update),
+            select_ms: work(|w| w.select),
+            triangulate_ms: work(|w| w.triangulate),
+            upload_ms: times.map(|t| ms(t.upload)),
+            encode_ms: times.map(|t| ms(t.encode)),
+            submit_ms: times.map(|t| ms(t.submit)),
+            wait_ms: times.map(|t| ms(t.wait)),
+            gpu_ms: times.and_then(|t| t.gpu).map(ms),
+            cpu_ms: ms(cpu_time),
+            draw_calls: times.map(|t| t.draw_calls),
+        });
+        progress.step();
+    }
+    Ok(frames)
+}
+
+fn draw(
+    renderer: &mut Option<Renderer>,
+    buffers: &mut Option<MethodBuffers>,
+    view: &View,
+    plan: &FramePlan,
+) -> Result<Option<FrameTimes>, Fault> {
+    match (renderer, buffers) {
+        (Some(renderer), Some(buffers)) => Ok(Some(renderer.frame(view, plan, buffers, &Look::default())?)),
+        _ => Ok(None),
+    }
+}
+
+/// Milliseconds to the microsecond.
+fn ms(time: Duration) -> f64 {
+    (time.as_secs_f64() * 1e6).round() / 1e3
+}

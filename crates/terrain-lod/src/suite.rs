@@ -1,0 +1,202 @@
+//! What a bench flies: a suite, which is a TOML file, and the flags that override it.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use serde::{Deserialize, Serialize};
+use terrain_core::source::SourceText;
+use terrain_core::{Flight, FlightPath, Heightmap};
+use terrain_dem::ReadOptions;
+use terrain_renderer::Submission;
+
+use crate::cli::BenchArgs;
+use crate::fault::{Cause, Fault};
+use crate::methods::{MethodName, Run, Settings};
+
+/// The suites in `data/suites`.
+const BUILT_IN: [(&str, &str); 2] = [
+    ("quick", include_str!("../../../data/suites/quick.toml")),
+    ("smoke", include_str!("../../../data/suites/smoke.toml")),
+];
+
+/// A suite file. What it leaves out has the default of the flag with the same name.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Suite {
+    /// For people.
+    pub description: String,
+    /// As `--dem`.
+    pub dem: String,
+    /// As `--flight`.
+    pub flight: String,
+    /// As `--methods`.
+    pub methods: Vec<MethodName>,
+    /// As `--tolerance`.
+    pub tolerance_px: Vec<f64>,
+    /// As `--patch`.
+    pub patch: Vec<u32>,
+    /// As `--leg-px`.
+    pub leg_px: Vec<f64>,
+    /// As `--max-spacing`.
+    pub max_spacing: Option<u32>,
+    /// As `--k`.
+    pub k: u32,
+    /// As `--layers`.
+    pub layers: u32,
+    /// As `--threads`.
+    pub threads: u16,
+    /// As `--size`.
+    pub size_px: [u32; 2],
+    /// As `--frames`.
+    pub frames: u32,
+    /// As `--repeats`.
+    pub repeats: u32,
+    /// Frames at the start of each flight of the speed pass that are not counted.
+    pub warm_up: u32,
+}
+
+impl Default for Suite {
+    fn default() -> Self {
+        use MethodName::{FullGrid, Htp, HtpInstanced, Tin};
+        Self {
+            description: String::new(),
+            dem: "jacksboro".into(),
+            flight: "ground-level".into(),
+            methods: vec![Tin, Htp, HtpInstanced, FullGrid],
+            tolerance_px: vec![1.0],
+            patch: vec![32],
+            leg_px: vec![8.0],
+            max_spacing: None,
+            k: 3,
+            layers: 3,
+            threads: 1,
+            size_px: [640, 360],
+            frames: 120,
+            repeats: 3,
+            warm_up: 10,
+        }
+    }
+}
+
+impl Suite {
+    fn named(name: &str) -> Result<Self, Fault> {
+        let (place, text) = match BUILT_IN.iter().find(|suite| suite.0 == name) {
+            Some((name, text)) => (name.to_string(), text.to_string()),
+            None => {
+                let expected = "a suite file, or one of the built-in suites quick, smoke";
+                let text = std::fs::read_to_string(name).map_err(|e| Fault::read(Path::new(name), &e, expected))?;
+                (name.into(), text)
+            }
+        };
+        let source = SourceText { name: &place, text: &text };
+        source.parse().map_err(|error| Fault::new(Cause::BadInput, error))
+    }
+
+    /// The suite that the command line names, with the command line's own choices.
+    pub fn from_args(args: &BenchArgs) -> Result<Self, Fault> {
+        let mut suite = Self::named(&args.suite)?;
+        override_with(&mut suite.dem, &args.dem.dem);
+        override_with(&mut suite.flight, &args.flight);
+        override_with(&mut suite.methods, &args.methods);
+        override_with(&mut suite.tolerance_px, &args.tolerance);
+        override_with(&mut suite.patch, &args.patch);
+        override_with(&mut suite.leg_px, &args.leg_px);
+        override_with(&mut suite.k, &args.method.k);
+        override_with(&mut suite.layers, &args.method.layers);
+        override_with(&mut suite.threads, &args.method.threads);
+        override_with(&mut suite.size_px, &args.size);
+        override_with(&mut suite.frames, &args.frames);
+        override_with(&mut suite.repeats, &args.repeats);
+        suite.max_spacing = args.method.max_spacing.or(suite.max_spacing);
+        // A short flight still has frames to count.
+        suite.warm_up = suite.warm_up.min(suite.frames / 2);
+        Ok(suite)
+    }
+
+    /// One run for each method and each value of its own settings, in the order of the lists.
+    pub fn runs(&self) -> Result<Vec<Run>, Fault> {
+        let mut runs: Vec<Run> = Vec::new();
+        for method in &self.methods {
+            for tolerance_px in &self.tolerance_px {
+                for patch in &self.patch {
+                    for leg_px in &self.leg_px {
+                        let settings = self.settings(*tolerance_px, *patch, *leg_px);
+                        let run = Run { method: *method, settings };
+                        run.validate()?;
+                        // Values of settings that the method does not have would only repeat it.
+                        if !runs.iter().any(|other| other.file_stem() == run.file_stem()) {
+                            runs.push(run);
+                        }
+                    }
+                }
+            }
+        }
+        Ok(runs)
+    }
+
+    fn settings(&self, tolerance_px: f64, patch: u32, leg_px: f64) -> Settings {
+        let (max_spacing, k, layers, threads) = (self.max_spacing, self.k, self.layers, self.threads.into());
+        Settings { tolerance_px, patch, max_spacing, leg_px, k, layers, threads, culling: true }
+    }
+
+    /// The tolerances that a run has a row for: its own, or all of them as yardsticks.
+    pub fn tolerances_of(&self, run: &Run) -> Vec<f64> {
+        if run.takes_tolerance() { vec![run.settings.tolerance_px] } else { self.tolerance_px.clone() }
+    }
+}
+
+fn override_with<T: Clone>(value: &mut T, flag: &Option<T>) {
+    if let Some(flag) = flag {
+        value.clone_from(flag);
+    }
+}
+
+/// A flight by its built-in name or its file.
+pub fn open_flight(spec: &str) -> Result<Flight, Fault> {
+    if let Some(flight) = Flight::built_in(spec) {
+        return Ok(flight);
+    }
+    let expected = "a flight file, or one of the built-in flights ground-level, fly-over, turn, stop-and-go";
+    let text = std::fs::read_to_string(spec).map_err(|e| Fault::read(Path::new(spec), &e, expected))?;
+    Ok(Flight::parse(spec, &text)?)
+}
+
+/// Everything that the passes need, checked.
+pub struct Bench {
+    pub suite_name: String,
+    pub suite: Suite,
+    pub runs: Vec<Run>,
+    pub dem_name: String,
+    pub heightmap: Arc<Heightmap>,
+    pub flight_name: String,
+    pub path: FlightPath,
+    pub submission: Submission,
+}
+
+impl Bench {
+    /// Reads and checks DEM, flight and settings.
+    pub fn from_args(args: &BenchArgs) -> Result<Self, Fault> {
+        let suite = Suite::from_args(args)?;
+        let runs = suite.runs()?;
+        let flight = open_flight(&suite.flight)?;
+        let read: ReadOptions = args.dem.read_options();
+        let dem = terrain_dem::open(&suite.dem, &read)?;
+        let heightmap = Arc::new(dem.heightmap);
+        let path = FlightPath::new(&flight, &heightmap, suite.frames)?;
+        Ok(Self {
+            suite_name: suite_stem(&args.suite),
+            runs,
+            dem_name: dem.name,
+            heightmap,
+            flight_name: flight.name().to_string(),
+            path,
+            submission: args.submission.map_or(Submission::Direct, Submission::from),
+            suite,
+        })
+    }
+}
+
+/// The name of a suite without folder and ending, for folders.
+fn suite_stem(name: &str) -> String {
+    Path::new(name).file_stem().map_or_else(|| name.into(), |stem| stem.to_string_lossy().into_owned())
+}

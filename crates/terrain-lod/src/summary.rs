@@ -1,0 +1,216 @@
+//! The summary: a row for each run and tolerance.
+
+use serde::Serialize;
+
+use crate::error_pass::{ErrorFlight, ErrorFrame, tidy};
+use crate::methods::Run;
+use crate::speed_pass::SpeedFrame;
+use crate::suite::Bench;
+
+/// One row of `summary.csv`. What was not measured is empty; `err` says why a run failed.
+///
+/// `width` and `height` are the picture's. `tolerance_px` is a setting of the methods that take one, and the yardstick
+/// of `over_tolerance_share` for all. Means of uploads leave out the first frame, which has a column of its own.
+#[derive(Clone, Debug, Default, Serialize)]
+pub struct SummaryRow {
+    pub method: String,
+    pub setting: String,
+    pub dem: String,
+    pub width: u32,
+    pub height: u32,
+    pub tolerance_px: f64,
+    pub patch: Option<u32>,
+    pub frames: u32,
+    pub adapter: String,
+    pub adapter_type: String,
+    pub fps_mean: Option<f64>,
+    pub frame_ms_p50: Option<f64>,
+    pub frame_ms_p95: Option<f64>,
+    pub frame_ms_p99: Option<f64>,
+    pub frame_ms_max: Option<f64>,
+    pub plan_ms_p50: Option<f64>,
+    pub encode_ms_p50: Option<f64>,
+    pub gpu_ms_p50: Option<f64>,
+    pub cpu_ms_mean: Option<f64>,
+    pub triangles_mean: Option<f64>,
+    pub triangles_max: Option<u64>,
+    pub draws_mean: Option<f64>,
+    pub draw_calls_mean: Option<f64>,
+    pub upload_bytes_mean: Option<f64>,
+    pub index_bytes_reserved: Option<u64>,
+    /// Largest of all frames.
+    pub index_bytes_used: Option<u64>,
+    pub error_px_max: Option<f64>,
+    pub error_px_p99: Option<f64>,
+    pub error_px_rms: Option<f64>,
+    pub over_tolerance_share: Option<f64>,
+    pub error_m_max: Option<f64>,
+    pub cracks: Option<u64>,
+    pub err: String,
+    pub flight: String,
+    pub dem_columns: u32,
+    pub dem_rows: u32,
+    pub error_px_p999: Option<f64>,
+    pub error_px_p95: Option<f64>,
+    pub plan_ms_p99: Option<f64>,
+    pub first_upload_bytes: Option<u64>,
+    pub updated_patches_mean: Option<f64>,
+    pub threads: usize,
+    pub submission: String,
+    pub repeats: u32,
+    pub load_average: f64,
+}
+
+/// What the rows say of the machine.
+#[derive(Clone, Debug, Default)]
+pub struct Surroundings {
+    pub adapter: String,
+    pub adapter_type: String,
+    pub submission: String,
+    pub load_average: f64,
+}
+
+/// The rows of one run: one for each of its tolerances.
+pub fn rows(
+    bench: &Bench,
+    run: &Run,
+    surroundings: &Surroundings,
+    errors: &Result<ErrorFlight, String>,
+    speed: &Result<Vec<SpeedFrame>, String>,
+) -> Vec<SummaryRow> {
+    let tolerances = bench.suite.tolerances_of(run);
+    let row = |(i, tolerance_px): (usize, &f64)| {
+        let mut row = identity(bench, run, surroundings, *tolerance_px);
+        match errors {
+            Ok(flight) => fill_errors(&mut row, flight, i),
+            Err(reason) => row.err = format!("error pass: {reason}"),
+        }
+        match speed {
+            Ok(frames) => fill_speed(&mut row, frames),
+            Err(reason) if row.err.is_empty() => row.err = format!("speed pass: {reason}"),
+            Err(_) => {}
+        }
+        row
+    };
+    tolerances.iter().enumerate().map(row).collect()
+}
+
+fn identity(bench: &Bench, run: &Run, surroundings: &Surroundings, tolerance_px: f64) -> SummaryRow {
+    SummaryRow {
+        method: run.method.as_str().into(),
+        setting: run.setting(),
+        dem: bench.dem_name.clone(),
+        width: bench.suite.size_px[0],
+        height: bench.suite.size_px[1],
+        tolerance_px,
+        patch: run.patch(),
+        frames: bench.path.len(),
+        adapter: surroundings.adapter.clone(),
+        adapter_type: surroundings.adapter_type.clone(),
+        flight: bench.flight_name.clone(),
+        dem_columns: bench.heightmap.columns(),
+        dem_rows: bench.heightmap.rows(),
+        threads: run.settings.threads,
+        submission: surroundings.submission.clone(),
+        repeats: bench.suite.repeats,
+        load_average: surroundings.load_average,
+        ..Default::default()
+    }
+}
+
+fn fill_errors(row: &mut SummaryRow, flight: &ErrorFlight, tolerance: usize) {
+    let ErrorFlight { frames, errors, index_bytes_reserved } = flight;
+    let later = &frames[1.min(frames.len() - 1)..];
+    row.triangles_mean = mean(frames, |f| f.triangles);
+    row.triangles_max = frames.iter().map(|f| f.triangles).max();
+    row.draws_mean = mean(frames, |f| f.draws);
+    row.first_upload_bytes = frames.first().map(|f| f.upload_bytes);
+    row.upload_bytes_mean = mean(later, |f| f.upload_bytes);
+    row.updated_patches_mean = mean(later, |f| f.updated_patches);
+    row.index_bytes_reserved = Some(*index_bytes_reserved);
+    row.index_bytes_used = frames.iter().map(|f| f.index_bytes_used).max();
+    row.error_px_max = Some(tidy(errors.max_px().into()));
+    row.error_px_p999 = Some(tidy(errors.percentile_px(0.999).into()));
+    row.error_px_p99 = Some(tidy(errors.percentile_px(0.99).into()));
+    row.error_px_p95 = Some(tidy(errors.percentile_px(0.95).into()));
+    row.error_px_rms = Some(tidy(errors.rms_px()));
+    row.over_tolerance_share = Some(tidy(errors.over_share(tolerance)));
+    row.error_m_max = Some(tidy(errors.max_m().into()));
+    row.cracks = Some(frames.iter().map(|f| f.cracks).sum());
+}
+
+fn fill_speed(row: &mut SummaryRow, frames: &[SpeedFrame]) {
+    let counted: Vec<&SpeedFrame> = frames.iter().filter(|f| !f.warm_up).collect();
+    let sorted = |time: fn(&SpeedFrame) -> Option<f64>| {
+        let mut times: Vec<f64> = counted.iter().filter_map(|f| time(f)).collect();
+        times.sort_by(f64::total_cmp);
+        times
+    };
+    let frame_ms = sorted(|f| f.frame_ms);
+    let plan_ms = sorted(|f| Some(f.plan_ms));
+    if !frame_ms.is_empty() {
+        row.fps_mean = Some(tidy(1e3 * frame_ms.len() as f64 / frame_ms.iter().sum::<f64>()));
+    }
+    row.frame_ms_p50 = percentile(&frame_ms, 0.5);
+    row.frame_ms_p95 = percentile(&frame_ms, 0.95);
+    row.frame_ms_p99 = percentile(&frame_ms, 0.99);
+    row.frame_ms_max = frame_ms.last().copied();
+    row.plan_ms_p50 = percentile(&plan_ms, 0.5);
+    row.plan_ms_p99 = percentile(&plan_ms, 0.99);
+    row.encode_ms_p50 = percentile(&sorted(|f| f.encode_ms), 0.5);
+    row.gpu_ms_p50 = percentile(&sorted(|f| f.gpu_ms), 0.5);
+    row.cpu_ms_mean = mean_of(&sorted(|f| f.frame_ms.map(|_| f.cpu_ms)));
+    row.draw_calls_mean = mean_of(&sorted(|f| f.draw_calls.map(f64::from)));
+}
+
+fn mean(frames: &[ErrorFrame], count: fn(&ErrorFrame) -> u64) -> Option<f64> {
+    let counts: Vec<f64> = frames.iter().map(|f| count(f) as f64).collect();
+    mean_of(&counts)
+}
+
+fn mean_of(numbers: &[f64]) -> Option<f64> {
+    (!numbers.is_empty()).then(|| tidy(numbers.iter().sum::<f64>() / numbers.len() as f64))
+}
+
+/// The smallest number that a `share` of the sorted ones do not exceed.
+fn percentile(sorted: &[f64], share: f64) -> Option<f64> {
+    let rank = (share * sorted.len() as f64).ceil() as usize;
+    sorted.get(rank.max(1) - 1).copied()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn percentiles_are_members_of_the_list() {
+        let ten: Vec<f64> = (1..=10).map(f64::from).collect();
+        assert_eq!([0.5, 0.95, 0.99, 0.0].map(|s| percentile(&ten, s).unwrap()), [5.0, 10.0, 10.0, 1.0]);
+        assert_eq!(percentile(&[], 0.5), None);
+    }
+
+    #[test]
+    fn warm_up_frames_are_not_counted() {
+        let frame = |frame_ms: f64, warm_up| SpeedFrame {
+            repeat: 0,
+            frame: 0,
+            warm_up,
+            frame_ms: Some(frame_ms),
+            plan_ms: 1.0,
+            update_ms: 0.0,
+            select_ms: 0.0,
+            triangulate_ms: 0.0,
+            upload_ms: None,
+            encode_ms: None,
+            submit_ms: None,
+            wait_ms: None,
+            gpu_ms: None,
+            cpu_ms: 2.0,
+            draw_calls: Some(7),
+        };
+        let mut row = SummaryRow::default();
+        fill_speed(&mut row, &[frame(1e6, true), frame(10.0, false), frame(30.0, false)]);
+        assert_eq!((row.fps_mean, row.frame_ms_max, row.draw_calls_mean), (Some(50.0), Some(30.0), Some(7.0)));
+        assert_eq!(row.gpu_ms_p50, None, "not measured is empty, not zero");
+    }
+}

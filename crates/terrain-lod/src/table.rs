@@ -1,0 +1,90 @@
+//! The one table that the user reads: Markdown, on stdout and in `summary.md`.
+
+use std::fmt::Write;
+
+use crate::summary::SummaryRow;
+
+/// Heading, alignment to the right, and content of a column.
+type Column = (&'static str, bool, fn(&SummaryRow) -> String);
+
+/// What was asked for (`tolerance px`) stands beside what came out (`error max px` and the rest).
+const COLUMNS: [Column; 15] = [
+    ("method", false, |r| r.method.clone()),
+    ("setting", false, |r| r.setting.clone()),
+    ("tolerance px", true, |r| r.tolerance_px.to_string()),
+    ("error max px", true, |r| number(r.error_px_max, 2)),
+    ("error P99 px", true, |r| number(r.error_px_p99, 2)),
+    ("error RMS px", true, |r| number(r.error_px_rms, 3)),
+    ("over tolerance %", true, |r| number(r.over_tolerance_share.map(|s| s * 100.0), 2)),
+    ("cracks", true, |r| r.cracks.map_or_else(String::new, |c| c.to_string())),
+    ("triangles", true, |r| number(r.triangles_mean, 0)),
+    ("draws", true, |r| number(r.draws_mean, 0)),
+    ("draw calls", true, |r| number(r.draw_calls_mean, 0)),
+    ("plan ms", true, |r| number(r.plan_ms_p50, 2)),
+    ("encode ms", true, |r| number(r.encode_ms_p50, 2)),
+    ("frame ms", true, |r| number(r.frame_ms_p50, 1)),
+    ("fps", true, |r| number(r.fps_mean, 1)),
+];
+
+fn number(value: Option<f64>, decimals: usize) -> String {
+    value.map_or_else(String::new, |v| format!("{v:.decimals$}"))
+}
+
+/// The table, with a line on what was flown where, and a line for each run that failed.
+pub fn markdown(rows: &[SummaryRow]) -> String {
+    let mut text = String::new();
+    if let Some(row) = rows.first() {
+        let _ = writeln!(text, "{}\n", caption(row));
+    }
+    let cells: Vec<Vec<String>> = rows.iter().map(|row| COLUMNS.iter().map(|column| column.2(row)).collect()).collect();
+    let width = |i: usize| cells.iter().map(|row| row[i].len()).max().unwrap_or(0).max(COLUMNS[i].0.len());
+    let widths: Vec<usize> = (0..COLUMNS.len()).map(width).collect();
+    let headings = COLUMNS.map(|column| column.0.to_string());
+    let _ = writeln!(text, "{}", line(&headings, &widths));
+    let rules =
+        COLUMNS.iter().zip(&widths).map(|(c, w)| if c.1 { format!("{:->w$}:", "", w = w - 1) } else { "-".repeat(*w) });
+    let _ = writeln!(text, "| {} |", rules.collect::<Vec<_>>().join(" | "));
+    for row in &cells {
+        let _ = writeln!(text, "{}", line(row, &widths));
+    }
+    for row in rows.iter().filter(|row| !row.err.is_empty()) {
+        let _ = writeln!(text, "\n{} ({}, {} px) failed: {}", row.method, row.setting, row.tolerance_px, row.err);
+    }
+    text
+}
+
+fn line(cells: &[String], widths: &[usize]) -> String {
+    let padded = cells.iter().zip(widths).zip(COLUMNS).map(|((cell, w), column)| match column.1 {
+        true => format!("{cell:>w$}"),
+        false => format!("{cell:<w$}"),
+    });
+    format!("| {} |", padded.collect::<Vec<_>>().join(" | "))
+}
+
+fn caption(row: &SummaryRow) -> String {
+    let adapter = match (row.adapter.as_str(), row.adapter_type.as_str()) {
+        ("", _) => "without a GPU: no frame times, no pictures".to_string(),
+        (name, "software") => format!("on {name}, a **software adapter**: its frame times say little about a GPU"),
+        (name, kind) => format!("on {name} ({kind})"),
+    };
+    format!(
+        "DEM {} ({} x {} samples), flight {}, {} frames of {} x {} px, {adapter}.",
+        row.dem, row.dem_columns, row.dem_rows, row.flight, row.frames, row.width, row.height
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_line_has_the_same_width_and_failures_are_named() {
+        let good = SummaryRow { method: "tin".into(), error_px_max: Some(12.3456), ..Default::default() };
+        let bad = SummaryRow { method: "htp".into(), err: "no luck".into(), ..Default::default() };
+        let text = markdown(&[good, bad]);
+        let table: Vec<&str> = text.lines().filter(|l| l.starts_with('|')).collect();
+        assert_eq!(table.len(), 4);
+        assert!(table.iter().all(|l| l.len() == table[0].len()), "{text}");
+        assert!(table[2].contains(" 12.35 ") && text.contains("htp (, 0 px) failed: no luck"), "{text}");
+    }
+}
