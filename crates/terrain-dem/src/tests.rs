@@ -123,11 +123,11 @@ fn sizes_beyond_the_limit_are_refused_by_the_header() {
 }
 
 #[test]
-fn a_file_that_is_not_there_is_an_io_error() {
+fn a_file_that_is_not_there_is_bad_input_and_one_that_cannot_be_written_is_not() {
     let (folder, path) = folder();
-    let missing = folder.path().join("none.png");
-    let refused = read(&missing, &SPACED).unwrap_err();
-    assert!(refused.is_io() && refused.to_string().contains("none.png: cannot read: No such file"), "{refused}");
+    let expected = "none.png: no such file; expected a 16-bit greyscale PNG, synthetic:COLUMNSxROWS:SEED, or a DEM that \
+                    comes with the program: jacksboro";
+    assert_eq!(refusal(&folder.path().join("none.png"), &SPACED), expected);
     fs::write(&path, "text").unwrap();
     assert!(!read(&path, &SPACED).unwrap_err().is_io());
     assert!(write_png16(&folder.path().join("none/a.png"), 2, 2, &[0; 4]).unwrap_err().is_io());

@@ -7,6 +7,7 @@ use terrain_core::{FlightPath, FramePlan, Heightmap, MeshMirror, Triangle, View}
 use terrain_dem::{write_atomically, write_ply};
 
 use crate::cli::MeshArgs;
+use crate::error_pass::tidy;
 use crate::fault::{Cause, Fault};
 use crate::methods::{Run, Settings};
 use crate::suite::open_flight;
@@ -42,7 +43,7 @@ pub fn run(args: &MeshArgs) -> Result<(), Fault> {
     let line = MeshLine {
         eye: view.eye_world.to_array(),
         clip_from_world: view.clip_from_world.to_cols_array(),
-        fov_y: view.fov_y.to_degrees(),
+        fov_y: tidy(view.fov_y.to_degrees()),
         width: args.size[0],
         height: args.size[1],
         triangles: faces.len(),

@@ -1,0 +1,123 @@
+//! The bench end to end, without a GPU: sound on every DEM and flight, the same every time, and pinned on one DEM.
+
+use std::path::Path;
+
+use crate::program::{Row, bench, shared_dem, terrain_lod};
+
+const METHODS: [&str; 4] = ["tin", "htp", "htp-instanced", "full-grid"];
+const FLIGHTS: [&str; 4] = ["ground-level", "fly-over", "turn", "stop-and-go"];
+
+/// Flies all four flights with all methods; no frame may have a crack.
+fn flies_without_cracks(dem: &[&str], frames: &str) {
+    for flight in FLIGHTS {
+        let rows = bench(&[dem, &["--flight", flight, "--frames", frames]].concat());
+        let methods: Vec<&str> = rows.iter().map(|row| row["method"].as_str()).collect();
+        assert_eq!(methods, METHODS, "{dem:?} {flight}");
+        for row in rows {
+            assert_eq!((row["cracks"].as_str(), row["err"].as_str()), ("0", ""), "{dem:?} {flight}: {row:?}");
+        }
+    }
+}
+
+#[test]
+fn built_in_dem() {
+    flies_without_cracks(&[], "60");
+}
+
+#[test]
+fn synthetic_dem() {
+    flies_without_cracks(&["--dem", "synthetic:193x250:7"], "60");
+}
+
+#[test]
+fn puget_sound() {
+    if let Some(path) = shared_dem("ps_1025.png") {
+        flies_without_cracks(&["--dem", path.to_str().unwrap(), "--spacing", "160", "--scale", "0.1"], "20");
+    }
+}
+
+#[test]
+fn mount_st_helens() {
+    if let Some(path) = shared_dem("sthelens_30m_native.png") {
+        flies_without_cracks(&["--dem", path.to_str().unwrap(), "--spacing", "30", "--scale", "0.1"], "60");
+    }
+}
+
+/// What must not depend on time, threads or luck.
+const REPRODUCIBLE: [&str; 22] = [
+    "method",
+    "setting",
+    "dem",
+    "tolerance_px",
+    "patch",
+    "frames",
+    "triangles_mean",
+    "triangles_max",
+    "draws_mean",
+    "upload_bytes_mean",
+    "first_upload_bytes",
+    "updated_patches_mean",
+    "index_bytes_reserved",
+    "index_bytes_used",
+    "error_px_max",
+    "error_px_p999",
+    "error_px_p99",
+    "error_px_p95",
+    "error_px_rms",
+    "over_tolerance_share",
+    "error_m_max",
+    "cracks",
+];
+
+fn project(rows: &[Row], columns: &[&str]) -> String {
+    let line = |row: &Row| columns.iter().map(|column| row[*column].as_str()).collect::<Vec<_>>().join(",") + "\n";
+    columns.join(",") + "\n" + &rows.iter().map(line).collect::<String>()
+}
+
+#[test]
+fn counts_and_errors_are_equal_between_runs_and_thread_counts() {
+    let flown = ["1", "1", "2", "8"].map(|threads| {
+        let rows = bench(&["--frames", "30", "--tolerance", "0.5,2", "--threads", threads]);
+        project(&rows, &REPRODUCIBLE)
+    });
+    assert!(flown.iter().all(|other| *other == flown[0]), "{flown:#?}");
+}
+
+/// Triangles, draws and errors on the built-in DEM, by method and tolerance. A change that moves them says so in its
+/// commit, and renews the file: `TERRAIN_LOD_BLESS=1 cargo test -p terrain-lod --test end_to_end`.
+#[test]
+fn golden_rows() {
+    let columns = [
+        "method",
+        "setting",
+        "tolerance_px",
+        "triangles_mean",
+        "triangles_max",
+        "draws_mean",
+        "error_px_max",
+        "error_px_rms",
+        "error_m_max",
+    ];
+    let found = project(&bench(&["--frames", "40", "--tolerance", "0.5,1,2"]), &columns);
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/golden/jacksboro.csv");
+    if std::env::var_os("TERRAIN_LOD_BLESS").is_some() {
+        std::fs::write(&path, &found).unwrap();
+    }
+    let expected = std::fs::read_to_string(&path).unwrap();
+    assert_eq!(found, expected, "the counts or errors on the built-in DEM have moved");
+}
+
+/// The TIN's tolerance is not its error, and the table hides neither.
+#[test]
+fn the_table_shows_tolerance_and_error_side_by_side() {
+    let place = tempfile::tempdir().unwrap();
+    let arguments = ["bench", "--no-gpu", "--suite", "smoke", "--out", "results"];
+    let output = terrain_lod(place.path(), &arguments);
+    let table = String::from_utf8(output.stdout).unwrap();
+    let heading = table.lines().find(|line| line.starts_with("| method")).expect("a table on stdout");
+    let columns: Vec<&str> = heading.split('|').map(str::trim).collect();
+    let tolerance = columns.iter().position(|column| *column == "tolerance px").unwrap();
+    assert_eq!(columns[tolerance + 1], "error max px");
+    let summary = std::fs::read_to_string(place.path().join("results/summary.md")).unwrap();
+    assert!(table.starts_with(&summary), "summary.md is what was printed");
+}

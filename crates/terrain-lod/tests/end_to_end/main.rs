@@ -1,0 +1,6 @@
+//! The program as a user runs it: arguments in, tables, files, one-line errors and exit codes out.
+
+mod bench;
+mod mesh;
+mod program;
+mod refusals;

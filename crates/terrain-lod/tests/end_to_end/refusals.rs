@@ -1,0 +1,99 @@
+//! Bad input: one clear line on stderr, the documented exit code, and nothing left behind that looks like a result.
+
+use std::path::Path;
+
+use crate::program::terrain_lod;
+
+/// A folder with files that are wrong in one way each.
+fn wrong_files() -> tempfile::TempDir {
+    let place = tempfile::tempdir().unwrap();
+    let write = |name: &str, text: &str| std::fs::write(place.path().join(name), text).unwrap();
+    write("text.png", "these are no pixels");
+    write(
+        "nan.toml",
+        "name = \"f\"\n[[key]]\ntime_s = nan\nat = [0.5, 0.5]\nabove_ground_m = 9\nheading_deg = 0\npitch_deg = 0\n",
+    );
+    write("no-key.toml", "name = \"f\"\n");
+    write("suite.toml", "dem = \"jacksboro\"\nflihgt = \"turn\"\n");
+    write("occupied.txt", "");
+    place
+}
+
+/// Runs the program; returns its exit code and its one line.
+fn refuse(place: &Path, arguments: &[&str]) -> (i32, String) {
+    let before = entries(place);
+    let output = terrain_lod(place, arguments);
+    let said = String::from_utf8(output.stderr).unwrap();
+    let lines: Vec<&str> = said.lines().filter(|line| !line.contains("XDG_RUNTIME_DIR")).collect();
+    assert_eq!(lines.len(), 1, "{arguments:?} said {said:?}");
+    assert_eq!(String::from_utf8(output.stdout).unwrap(), "", "{arguments:?} printed results");
+    assert_eq!(entries(place), before, "{arguments:?} left something behind");
+    (output.status.code().unwrap(), lines[0].to_string())
+}
+
+fn entries(place: &Path) -> Vec<std::ffi::OsString> {
+    let mut names: Vec<_> = std::fs::read_dir(place).unwrap().map(|entry| entry.unwrap().file_name()).collect();
+    names.sort();
+    names
+}
+
+#[test]
+fn every_refusal_is_one_line_with_its_exit_code() {
+    let place = wrong_files();
+    let cases: [(&[&str], i32, &str); 17] = [
+        (&["--dem", "none.png"], 4, "error: none.png: no such file; expected a 16-bit greyscale PNG"),
+        (&["--dem", "text.png", "--spacing", "30"], 4, "error: text.png: not a PNG"),
+        (&["--dem", "synthetic:1x9:7"], 4, "error: synthetic:1x9:7: no synthetic terrain; expected"),
+        (&["--methods", "tin,roam"], 2, "error: invalid value 'roam' for '--methods"),
+        (
+            &["--flight", "none.toml"],
+            4,
+            "error: cannot read none.toml: No such file or directory (os error 2); expected a flight file",
+        ),
+        (&["--flight", "nan.toml"], 4, "error: nan.toml:3:10: "),
+        (&["--flight", "no-key.toml"], 4, "error: no-key.toml:1:1: "),
+        (
+            &["--suite", "none"],
+            4,
+            "error: cannot read none: No such file or directory (os error 2); expected a suite file",
+        ),
+        (&["--suite", "suite.toml"], 4, "error: suite.toml:2:1: unknown field `flihgt`"),
+        (&["--patch", "12"], 2, "error: patch of 12 intervals: expected 8, 16, 32 or 64"),
+        (&["--max-spacing", "99"], 2, "error: maximum spacing of 99 intervals: expected 1 to 32"),
+        (&["--tolerance", "0"], 2, "error: invalid value '0' for '--tolerance"),
+        (&["--k", "1"], 2, "error: "),
+        (&["--layers", "7"], 2, "error: "),
+        (&["--size", "640"], 2, "error: invalid value '640' for '--size"),
+        (&["--out", "."], 6, "error: . is not empty"),
+        (&["--out", "/proc/none"], 6, "error: cannot write /proc/none: "),
+    ];
+    for (arguments, code, start) in cases {
+        let all = [&["bench", "--no-gpu"], arguments].concat();
+        let (found, line) = refuse(place.path(), &all);
+        assert!(found == code && line.starts_with(start), "{arguments:?}: exit code {found}, {line}");
+    }
+}
+
+#[test]
+fn mesh_refuses_in_the_same_way() {
+    let place = wrong_files();
+    let cases: [(&[&str], i32, &str); 3] = [
+        (&["--frame", "120", "--out", "a.ply"], 2, "error: frame 120 of a flight of 120 frames: expected 0 to 119"),
+        (&["--dem", "none.png", "--out", "a.ply"], 4, "error: none.png: no such file"),
+        (&["--out", "none/a.ply"], 6, "error: cannot write none/a.ply: "),
+    ];
+    for (arguments, code, start) in cases {
+        let all = [&["mesh", "--method", "tin"], arguments].concat();
+        let (found, line) = refuse(place.path(), &all);
+        assert!(found == code && line.starts_with(start), "{arguments:?}: exit code {found}, {line}");
+    }
+}
+
+#[test]
+fn a_dry_run_checks_and_writes_nothing() {
+    let place = tempfile::tempdir().unwrap();
+    let output = terrain_lod(place.path(), &["bench", "--suite", "smoke", "--no-gpu", "--dry-run"]);
+    let said = String::from_utf8(output.stdout).unwrap();
+    assert!(output.status.success() && said.contains("full-grid") && said.contains("in all"), "{said}");
+    assert!(entries(place.path()).is_empty());
+}
