@@ -10,6 +10,7 @@ use crate::cli::MeshArgs;
 use crate::error_pass::tidy;
 use crate::fault::{Cause, Fault};
 use crate::methods::{Run, Settings};
+use crate::progress::Progress;
 use crate::suite::open_flight;
 
 /// The line on stdout: the camera that the mesh is made for, and the size of the mesh.
@@ -77,9 +78,11 @@ fn replay(
     let mut mirror = MeshMirror::new(&method.buffers(), heightmap);
     let mut plan = FramePlan::default();
     let view_at = |frame| path.view(frame, args.size).map_err(|e| Fault::new(Cause::BadInput, e));
+    let progress = Progress::new("replay", args.frame as u64 + 1);
     for frame in 0..=args.frame {
         method.plan(&view_at(frame)?, &mut plan);
         mirror.replay(&plan).map_err(|e| Fault::new(Cause::Failure, e))?;
+        progress.step();
     }
     Ok((view_at(args.frame)?, mirror.triangles().to_vec()))
 }

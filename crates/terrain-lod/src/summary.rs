@@ -120,7 +120,7 @@ fn identity(bench: &Bench, run: &Run, surroundings: &Surroundings, tolerance_px:
 
 fn fill_errors(row: &mut SummaryRow, flight: &ErrorFlight, tolerance: usize) {
     let ErrorFlight { frames, errors, index_bytes_reserved } = flight;
-    let later = &frames[1.min(frames.len() - 1)..];
+    let later = frames.get(1..).unwrap_or_default();
     row.triangles_mean = mean(frames, |f| f.triangles);
     row.triangles_max = frames.iter().map(|f| f.triangles).max();
     row.draws_mean = mean(frames, |f| f.draws);
