@@ -2,7 +2,6 @@
 
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
-use std::process::Command;
 
 use crate::program::{self, Profile};
 use crate::{Fault, set_up_gpu};
