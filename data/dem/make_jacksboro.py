@@ -17,6 +17,7 @@ Spacing: the sample gives degrees. On the WGS 84 ellipsoid, at the middle latitu
 """
 
 import ast
+import hashlib
 import io
 import math
 import struct
@@ -26,14 +27,19 @@ import zlib
 from pathlib import Path
 
 SAMPLE = "matplotlib/mpl-data/sample_data/jacksboro_fault_dem.npz"
+SAMPLE_SHA256 = "d493f50a33e82a4420494c54d1fca1539d177bdc27ab190bc5fe6e92f62fb637"
 WGS84_A_M, WGS84_E2 = 6378137.0, 0.00669437999014
 
 
 def read_npz(path):
     """Name -> (numpy type, shape, bytes) of every array in the sample."""
-    archive = zipfile.ZipFile(path)
-    if SAMPLE in archive.namelist():
-        archive = zipfile.ZipFile(io.BytesIO(archive.read(SAMPLE)))
+    sample = Path(path).read_bytes()
+    wheel = zipfile.ZipFile(io.BytesIO(sample))
+    if SAMPLE in wheel.namelist():
+        sample = wheel.read(SAMPLE)
+    found = hashlib.sha256(sample).hexdigest()
+    assert found == SAMPLE_SHA256, f"another sample: SHA-256 is {found}, expected {SAMPLE_SHA256}"
+    archive = zipfile.ZipFile(io.BytesIO(sample))
     arrays = {}
     for member in archive.namelist():
         content = archive.read(member)

@@ -32,6 +32,10 @@ const FORWARDED: [Forwarded; 3] = [
 /// Arguments of `bench` that make the GPU, and so its set-up, pointless.
 const NEEDS_NO_GPU: [&str; 4] = ["--no-gpu", "--dry-run", "--help", "-h"];
 
+/// Who names an adapter wants that one: another must not be installed in its place, nor the GPU be left out.
+const ADAPTER_FLAGS: [&str; 2] = ["--backend", "--adapter"];
+const ADAPTER_VARIABLES: [&str; 2] = ["WGPU_BACKEND", "WGPU_ADAPTER_NAME"];
+
 /// What ends xtask early: one line for the user, and an exit code for the script.
 struct Fault {
     code: u8,
@@ -72,8 +76,8 @@ fn run(command: &str, args: Vec<OsString>) -> Result<(), Fault> {
             checks::run(!has_any(&args, &["--no-gpu"]))?;
         }
         "check-bench" => {
-            refuse_all_but(&args, &[])?;
-            bench_check::run()?;
+            refuse_all_but(&args, &["--no-gpu"])?;
+            bench_check::run(!has_any(&args, &["--no-gpu"]))?;
         }
         _ => return Err(Fault::usage(format!("unknown command '{command}'; `cargo xtask --help` lists them"))),
     }
@@ -95,10 +99,17 @@ fn forward(command: &Forwarded, mut args: Vec<OsString>) -> Fault {
 
 /// Sees to a GPU adapter, and asks the bench to go on without where there is none.
 fn set_up_gpu(program: &Path, args: &mut Vec<OsString>) {
-    if !has_any(args, &NEEDS_NO_GPU) && !setup::ensure_adapter(program) {
+    let set_up = !has_any(args, &NEEDS_NO_GPU) && !names_an_adapter(args);
+    if set_up && !setup::ensure_adapter(program) {
         eprintln!("xtask: no GPU adapter: the bench goes on without the GPU columns (--no-gpu)");
         args.push("--no-gpu".into());
     }
+}
+
+fn names_an_adapter(args: &[OsString]) -> bool {
+    let is_flag = |arg: &OsString| ADAPTER_FLAGS.iter().any(|flag| arg.to_string_lossy().starts_with(flag));
+    let is_set = |name: &&str| std::env::var_os(name).is_some_and(|value| !value.is_empty());
+    args.iter().any(is_flag) || ADAPTER_VARIABLES.iter().any(is_set)
 }
 
 fn has_any(args: &[OsString], flags: &[&str]) -> bool {
@@ -131,7 +142,7 @@ Commands of terrain-lod, built in release; --help after one shows its arguments:
 const CHECKS_AND_EXAMPLES: &str = "
 Checks:
   test         everything that must pass: format, lints, tests, documentation (--no-gpu: no GPU set-up)
-  check-bench  fly the quick suite and check its table: every method, no error, no crack
+  check-bench  fly the quick suite and check its table: every method, no error, no crack (--no-gpu: without a GPU)
 
 Examples:
   cargo xtask bench
@@ -154,7 +165,7 @@ mod tests {
     fn usage_errors_have_exit_code_2() {
         assert_eq!(code_of("benhc", &[]), 2);
         assert_eq!(code_of("test", &["--fast"]), 2);
-        assert_eq!(code_of("check-bench", &["--no-gpu"]), 2);
+        assert_eq!(code_of("check-bench", &["--fast"]), 2);
         assert_eq!(code_of("--help", &[]), 0);
         assert_eq!(code_of("test", &["--help"]), 0);
     }
@@ -165,5 +176,15 @@ mod tests {
             assert!(has_any(&["--frames".into(), "3".into(), flag.into()], &NEEDS_NO_GPU));
         }
         assert!(!has_any(&["--methods".into(), "tin".into()], &NEEDS_NO_GPU));
+    }
+
+    #[test]
+    fn a_named_adapter_is_not_replaced_by_another() {
+        assert!(names_an_adapter(&["--backend".into(), "gl".into()]));
+        assert!(names_an_adapter(&["--adapter=nvidia".into()]));
+        assert!(
+            ADAPTER_VARIABLES.iter().any(|name| std::env::var_os(name).is_some())
+                || !names_an_adapter(&["--frames".into()])
+        );
     }
 }

@@ -156,15 +156,21 @@ fn is_yes(answer: &str) -> bool {
     !answer.is_empty() && matches!(answer.trim().to_lowercase().as_str(), "" | "y" | "yes")
 }
 
+/// Every command is tried: one broken source makes `update` fail and leaves the packages within reach. What counts is
+/// the last command, which installs.
 fn install(manager: &PackageManager, sudo: bool) -> Outcome {
+    let mut outcome = Outcome::Unchanged;
     for words in manager.commands {
         let words: Vec<&str> = sudo.then_some("sudo").into_iter().chain(words.iter().copied()).collect();
-        if let Err(reason) = run_installer(&words) {
-            eprintln!("xtask: the installation failed: {}: {reason}", words.join(" "));
-            return Outcome::Unchanged;
-        }
+        outcome = match run_installer(&words) {
+            Ok(()) => Outcome::Installed,
+            Err(reason) => {
+                eprintln!("xtask: failed: {}: {reason}", words.join(" "));
+                Outcome::Unchanged
+            }
+        };
     }
-    Outcome::Installed
+    outcome
 }
 
 /// Runs one command of a package manager. Its output goes to stderr: stdout belongs to the bench's data.
@@ -239,6 +245,13 @@ mod tests {
     fn a_failing_installer_is_told_and_not_fatal() {
         const BROKEN: PackageManager = PackageManager { program: "none", commands: &[&["no-such-installer", "x"]] };
         assert_eq!(install(&BROKEN, false), Outcome::Unchanged);
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_failing_update_does_not_keep_from_installing() {
+        const STALE: PackageManager = PackageManager { program: "none", commands: &[&["false"], &["true"]] };
+        assert_eq!(install(&STALE, false), Outcome::Installed);
     }
 
     #[cfg(unix)]

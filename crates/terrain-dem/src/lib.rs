@@ -25,6 +25,7 @@ pub mod synthetic;
 use std::fs::File;
 use std::io::{self, BufRead, BufReader, Cursor, Seek};
 use std::path::Path;
+use std::sync::Arc;
 
 use terrain_core::Heightmap;
 
@@ -38,10 +39,6 @@ use sidecar::Sidecar;
 /// The largest DEM in samples: 23,170 x 23,170, or about 3 GB of memory while it is read.
 pub const MAX_SAMPLES: u64 = 1 << 29;
 
-/// What a user may name, for messages.
-const EXPECTED: &str =
-    "a 16-bit greyscale PNG, synthetic:COLUMNSxROWS:SEED, or a DEM that comes with the program: jacksboro";
-
 /// A DEM that comes with the program: name, PNG, sidecar.
 const BUILT_IN: [(&str, &[u8], &str); 1] = [(
     "jacksboro",
@@ -54,8 +51,8 @@ const BUILT_IN: [(&str, &[u8], &str); 1] = [(
 pub struct Dem {
     /// The file's name without its extension; fit for file names.
     pub name: String,
-    /// The heights.
-    pub heightmap: Heightmap,
+    /// The heights, shared with the methods that fly over them.
+    pub heightmap: Arc<Heightmap>,
     /// Who made it, and by what way it came here.
     pub source: Option<String>,
     /// What one may do with it.
@@ -90,6 +87,12 @@ pub fn open(spec: &str, options: &ReadOptions) -> Result<Dem, DemError> {
     read(Path::new(spec), options)
 }
 
+/// What a user may name, for messages.
+fn expected() -> String {
+    let built_in: Vec<&str> = built_in_names().collect();
+    format!("{}, {}COLUMNSxROWS:SEED, or a built-in DEM: {}", png::EXPECTED, synthetic::PREFIX, built_in.join(", "))
+}
+
 /// The DEMs that come with the program.
 pub fn built_in_names() -> impl Iterator<Item = &'static str> {
     BUILT_IN.iter().map(|(name, ..)| *name)
@@ -99,7 +102,7 @@ pub fn built_in_names() -> impl Iterator<Item = &'static str> {
 pub fn read(path: &Path, options: &ReadOptions) -> Result<Dem, DemError> {
     let shown = path.display().to_string();
     let io_error = |source: io::Error| match source.kind() {
-        io::ErrorKind::NotFound => DemError::input(&shown, format!("no such file; expected {EXPECTED}")),
+        io::ErrorKind::NotFound => DemError::input(&shown, format!("no such file; expected {}", expected())),
         _ => DemError::io("read", path, source),
     };
     if !path.metadata().map_err(io_error)?.is_file() {
@@ -130,7 +133,7 @@ fn decode(
     let heightmap = Heightmap::new(image.columns, image.rows, spacing_m, heights_m)
         .map_err(|e| DemError::input(shown, e.to_string()))?;
     let Sidecar { source, licence, notice, .. } = sidecar;
-    Ok(Dem { name: name.to_owned(), heightmap, source, licence, notice })
+    Ok(Dem { name: name.to_owned(), heightmap: Arc::new(heightmap), source, licence, notice })
 }
 
 fn open_synthetic(spec: &str, options: &ReadOptions) -> Result<Dem, DemError> {
@@ -149,7 +152,7 @@ fn open_synthetic(spec: &str, options: &ReadOptions) -> Result<Dem, DemError> {
     let heightmap =
         Heightmap::new(columns, rows, spacing_m, heights_m).map_err(|e| DemError::input(spec, e.to_string()))?;
     let name = format!("synthetic-{columns}x{rows}-{seed}");
-    Ok(Dem { name, heightmap, source: Some(spec.to_owned()), licence: None, notice: None })
+    Ok(Dem { name, heightmap: Arc::new(heightmap), source: Some(spec.to_owned()), licence: None, notice: None })
 }
 
 #[cfg(test)]

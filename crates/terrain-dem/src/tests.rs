@@ -36,7 +36,7 @@ fn values_become_heights_by_the_sidecar() {
     fs::write(folder.path().join("dem.toml"), sidecar).unwrap();
     let dem = read(&path, &ReadOptions::default()).unwrap();
     let heights_m = vec![-10.0, -9.9, -9.8, 20.0, 390.0, 4990.0];
-    assert_eq!(dem.heightmap, Heightmap::new(3, 2, [74.5, 93.0], heights_m).unwrap());
+    assert_eq!(*dem.heightmap, Heightmap::new(3, 2, [74.5, 93.0], heights_m).unwrap());
     assert_eq!((dem.name.as_str(), dem.source.as_deref(), dem.licence.as_deref()), ("dem", Some("SRTM"), Some("free")));
 }
 
@@ -46,7 +46,7 @@ fn options_override_the_sidecar() {
     fs::write(folder.path().join("dem.toml"), "spacing_m = 9\nscale = 5\noffset_m = 5\n").unwrap();
     let options = ReadOptions { scale: Some(2.0), offset_m: Some(-1.0), ..SPACED };
     let heights_m = vec![-1.0, 1.0, 3.0, 599.0, 7999.0, 99_999.0];
-    assert_eq!(read(&path, &options).unwrap().heightmap, Heightmap::new(3, 2, [30.0; 2], heights_m).unwrap());
+    assert_eq!(*read(&path, &options).unwrap().heightmap, Heightmap::new(3, 2, [30.0; 2], heights_m).unwrap());
 }
 
 #[test]
@@ -125,8 +125,8 @@ fn sizes_beyond_the_limit_are_refused_by_the_header() {
 #[test]
 fn a_file_that_is_not_there_is_bad_input_and_one_that_cannot_be_written_is_not() {
     let (folder, path) = folder();
-    let expected = "none.png: no such file; expected a 16-bit greyscale PNG, synthetic:COLUMNSxROWS:SEED, or a DEM that \
-                    comes with the program: jacksboro";
+    let expected = "none.png: no such file; expected a 16-bit greyscale PNG, synthetic:COLUMNSxROWS:SEED, or a \
+                    built-in DEM: jacksboro";
     assert_eq!(refusal(&folder.path().join("none.png"), &SPACED), expected);
     fs::write(&path, "text").unwrap();
     assert!(!read(&path, &SPACED).unwrap_err().is_io());
@@ -171,7 +171,7 @@ fn built_in_names_open_anywhere() {
 #[test]
 fn synthetic_terrain_opens_by_its_size_and_seed() {
     let dem = open("synthetic:64x48:9", &ReadOptions::default()).unwrap();
-    assert_eq!((dem.name.as_str(), &dem.heightmap), ("synthetic-64x48-9", &synthetic::generate(64, 48, 9)));
+    assert_eq!((dem.name.as_str(), &*dem.heightmap), ("synthetic-64x48-9", &synthetic::generate(64, 48, 9)));
     let halved = open("synthetic:64x48:9", &ReadOptions { scale: Some(0.5), ..ReadOptions::default() }).unwrap();
     assert_eq!(halved.heightmap.heights_m()[5], dem.heightmap.heights_m()[5] * 0.5);
     let expected = "synthetic:1x9:1: no synthetic terrain; expected synthetic:COLUMNSxROWS:SEED with 2 to 65535 samples a \

@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use terrain_dem::Dem;
 use terrain_renderer::{Gpu, Renderer, RendererSettings};
 
 use crate::cli::BenchArgs;
@@ -10,6 +11,7 @@ use crate::error_pass;
 use crate::fault::{Cause, Fault};
 use crate::interrupt;
 use crate::machine::Machine;
+use crate::output::print;
 use crate::progress::Progress;
 use crate::results::{Results, utc_now};
 use crate::shots;
@@ -27,23 +29,22 @@ pub fn run(args: &BenchArgs) -> Result<(), Fault> {
     let gpu = open_gpu(args)?;
     let mut renderer = gpu.as_ref().map(|gpu| renderer(gpu, &bench, false)).transpose()?;
     if args.dry_run {
-        return dry_run::print(&bench, &mut renderer, &folder);
+        return print(&dry_run::describe(&bench, &mut renderer, &folder)?);
     }
     let results = Results::create(&folder)?;
-    let machine = Machine::of(&bench, gpu.as_ref().map(Gpu::facts), utc);
+    let machine = Machine::of(&bench, renderer.as_ref(), utc);
     results.write_json("machine.json", &machine)?;
-    let surroundings = surroundings(&machine, renderer.as_ref());
+    let surroundings = surroundings(&machine);
 
     let mut rows = fly(&bench, &mut renderer, &results, &surroundings)?;
     if let Some(gpu) = &gpu {
         take_shots(&bench, gpu, &results, &mut rows)?;
     }
     results.write_csv("summary.csv", &rows)?;
-    let text = table::markdown(&rows);
+    let text = table::markdown(&rows) + &credits(&bench.dem);
     results.write_text("summary.md", &text)?;
     let folder = results.complete()?;
-    print!("{text}");
-    println!("\nResults: {}", folder.display());
+    print(&format!("{text}\nResults: {}\n", folder.display()))?;
     answer(&rows)
 }
 
@@ -64,14 +65,24 @@ fn default_folder(utc: &str, suite: &str) -> PathBuf {
 
 fn renderer(gpu: &Gpu, bench: &Bench, count_primitives: bool) -> Result<Renderer, Fault> {
     let settings = RendererSettings { size_px: bench.suite.size_px, submission: bench.submission, count_primitives };
-    Ok(Renderer::new(gpu.clone(), &bench.heightmap, &settings)?)
+    Ok(Renderer::new(gpu.clone(), &bench.dem.heightmap, &settings)?)
 }
 
-fn surroundings(machine: &Machine, renderer: Option<&Renderer>) -> Surroundings {
+/// Who made the DEM, and what they want to be said with it.
+fn credits(dem: &Dem) -> String {
+    let credit = |(what, text): (&str, &Option<String>)| Some(format!("{what}: {}. ", text.as_ref()?));
+    let said: String = [("Source", &dem.source), ("Licence", &dem.licence), ("Notice", &dem.notice)]
+        .into_iter()
+        .filter_map(credit)
+        .collect();
+    if said.is_empty() { said } else { format!("\n{}\n", said.trim_end()) }
+}
+
+fn surroundings(machine: &Machine) -> Surroundings {
     Surroundings {
         adapter: machine.adapter.clone().unwrap_or_default(),
         adapter_type: machine.adapter_type.clone().unwrap_or_else(|| "none".into()),
-        submission: renderer.map(|r| format!("{:?}", r.submission())).unwrap_or_default(),
+        submission: machine.submission.clone().unwrap_or_default(),
         load_average: machine.load_average,
     }
 }

@@ -143,7 +143,7 @@ pub struct BenchArgs {
     /// Width and height of the picture in pixels
     #[arg(long, value_name = "WxH", value_parser = parse_size)]
     pub size: Option<[u32; 2]>,
-    /// Frames, evenly over the flight
+    /// Frames, evenly over the flight [default: the suite's, or else the flight's own]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     pub frames: Option<u32>,
     /// How often each method flies the speed pass, interleaved

@@ -68,7 +68,7 @@ pub fn outcome<T>(result: std::thread::Result<Result<T, Fault>>) -> Result<Resul
 }
 
 fn fly(bench: &Bench, run: &Run, progress: &Progress) -> Result<ErrorFlight, Fault> {
-    let heightmap = &bench.heightmap;
+    let heightmap = &bench.dem.heightmap;
     let mut method = run.build(heightmap)?;
     let mut judge = Judge::new(bench, run, MeshMirror::new(&method.buffers(), heightmap));
     let index_bytes_reserved = method.buffers().indices;
@@ -100,9 +100,9 @@ impl<'a> Judge<'a> {
         let tolerances: Vec<f32> = bench.suite.tolerances_of(run).iter().map(|t| *t as f32).collect();
         Self {
             mirror,
-            watertight: WatertightOracle::new(bench.heightmap.columns(), bench.heightmap.rows()),
+            watertight: WatertightOracle::new(bench.dem.heightmap.columns(), bench.dem.heightmap.rows()),
             topology: Watertightness::default(),
-            oracle: ErrorOracle::new(&bench.heightmap),
+            oracle: ErrorOracle::new(&bench.dem.heightmap),
             frame: ErrorDistribution::new(&tolerances),
             flight: ErrorDistribution::new(&tolerances),
         }

@@ -6,7 +6,7 @@ use serde::Serialize;
 use sha2::{Digest, Sha256};
 use sysinfo::System;
 use terrain_core::Heightmap;
-use terrain_renderer::AdapterFacts;
+use terrain_renderer::Renderer;
 
 use crate::suite::{Bench, Suite};
 
@@ -31,20 +31,26 @@ pub struct Machine<'a> {
     pub commit: Option<String>,
     pub dirty: Option<bool>,
     pub dem: &'a str,
+    pub dem_source: Option<&'a str>,
+    pub dem_licence: Option<&'a str>,
+    pub dem_notice: Option<&'a str>,
     pub dem_columns: u32,
     pub dem_rows: u32,
     pub dem_spacing_m: [f64; 2],
     pub dem_sha256: String,
     pub flight: &'a str,
     pub flight_sha256: String,
+    pub frames: u32,
     pub suite: &'a str,
-    pub submission: String,
+    /// How the draws were really sent; `None` without a GPU.
+    pub submission: Option<String>,
     pub options: &'a Suite,
 }
 
 impl<'a> Machine<'a> {
     /// The facts of this machine and this bench.
-    pub fn of(bench: &'a Bench, adapter: Option<&AdapterFacts>, utc: String) -> Self {
+    pub fn of(bench: &'a Bench, renderer: Option<&Renderer>, utc: String) -> Self {
+        let adapter = renderer.map(|renderer| renderer.gpu().facts());
         let system = System::new_all().ok();
         let commit = git(&["rev-parse", "HEAD"]);
         Self {
@@ -65,15 +71,19 @@ impl<'a> Machine<'a> {
             profile: if cfg!(debug_assertions) { "debug" } else { "release" },
             dirty: commit.as_ref().and_then(|_| git(&["status", "--porcelain"])).map(|changes| !changes.is_empty()),
             commit,
-            dem: &bench.dem_name,
-            dem_columns: bench.heightmap.columns(),
-            dem_rows: bench.heightmap.rows(),
-            dem_spacing_m: bench.heightmap.spacing_m(),
-            dem_sha256: dem_checksum(&bench.heightmap),
+            dem: &bench.dem.name,
+            dem_source: bench.dem.source.as_deref(),
+            dem_licence: bench.dem.licence.as_deref(),
+            dem_notice: bench.dem.notice.as_deref(),
+            dem_columns: bench.dem.heightmap.columns(),
+            dem_rows: bench.dem.heightmap.rows(),
+            dem_spacing_m: bench.dem.heightmap.spacing_m(),
+            dem_sha256: dem_checksum(&bench.dem.heightmap),
             flight: &bench.flight_name,
             flight_sha256: flight_checksum(bench),
+            frames: bench.path.len(),
             suite: &bench.suite_name,
-            submission: format!("{:?}", bench.submission),
+            submission: renderer.map(|renderer| format!("{:?}", renderer.submission())),
             options: &bench.suite,
         }
     }

@@ -9,6 +9,7 @@ mod interrupt;
 mod machine;
 mod mesh;
 mod methods;
+mod output;
 mod progress;
 mod results;
 mod shots;

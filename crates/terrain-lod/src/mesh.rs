@@ -10,6 +10,7 @@ use crate::cli::MeshArgs;
 use crate::error_pass::tidy;
 use crate::fault::{Cause, Fault};
 use crate::methods::{Run, Settings};
+use crate::output::print;
 use crate::progress::Progress;
 use crate::suite::open_flight;
 
@@ -30,7 +31,7 @@ struct MeshLine {
 
 pub fn run(args: &MeshArgs) -> Result<(), Fault> {
     let dem = terrain_dem::open(args.dem.dem.as_deref().unwrap_or("jacksboro"), &args.dem.read_options())?;
-    let heightmap = Arc::new(dem.heightmap);
+    let heightmap = dem.heightmap;
     if args.frame >= args.frames {
         let message =
             format!("frame {} of a flight of {} frames: expected 0 to {}", args.frame, args.frames, args.frames - 1);
@@ -50,8 +51,7 @@ pub fn run(args: &MeshArgs) -> Result<(), Fault> {
         triangles: faces.len(),
         vertices: vertices.len(),
     };
-    println!("{}", serde_json::to_string(&line).expect("numbers become JSON"));
-    Ok(())
+    print(&(serde_json::to_string(&line).expect("numbers become JSON") + "\n"))
 }
 
 fn settings(args: &MeshArgs) -> Settings {

@@ -69,7 +69,7 @@ fn fly(
     renderer: &mut Option<Renderer>,
     progress: &Progress,
 ) -> Result<Vec<SpeedFrame>, Fault> {
-    let mut method = run.build(&bench.heightmap)?;
+    let mut method = run.build(&bench.dem.heightmap)?;
     let mut buffers = renderer.as_ref().map(|renderer| renderer.buffers(method.buffers())).transpose()?;
     let mut plan = FramePlan::default();
     let mut frames = Vec::with_capacity(bench.path.len() as usize);
@@ -85,7 +85,7 @@ fn fly(
         frames.push(SpeedFrame {
             repeat,
             frame,
-            warm_up: frame < bench.suite.warm_up,
+            warm_up: frame < bench.warm_up,
             frame_ms: times.map(|_| ms(frame_time)),
             plan_ms: ms(plan_time),
             update_ms: work(|w| w.update),

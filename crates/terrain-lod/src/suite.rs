@@ -1,12 +1,11 @@
 //! What a bench flies: a suite, which is a TOML file, and the flags that override it.
 
 use std::path::Path;
-use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 use terrain_core::source::SourceText;
-use terrain_core::{Flight, FlightPath, Heightmap};
-use terrain_dem::ReadOptions;
+use terrain_core::{Flight, FlightPath};
+use terrain_dem::Dem;
 use terrain_renderer::Submission;
 
 use crate::cli::BenchArgs;
@@ -47,8 +46,8 @@ pub struct Suite {
     pub threads: u16,
     /// As `--size`.
     pub size_px: [u32; 2],
-    /// As `--frames`.
-    pub frames: u32,
+    /// As `--frames`: evenly over the flight; without it as many as the flight has at its own steps a second.
+    pub frames: Option<u32>,
     /// As `--repeats`.
     pub repeats: u32,
     /// Frames at the start of each flight of the speed pass that are not counted.
@@ -71,7 +70,7 @@ impl Default for Suite {
             layers: 3,
             threads: 1,
             size_px: [640, 360],
-            frames: 120,
+            frames: None,
             repeats: 3,
             warm_up: 10,
         }
@@ -105,11 +104,9 @@ impl Suite {
         override_with(&mut suite.layers, &args.method.layers);
         override_with(&mut suite.threads, &args.method.threads);
         override_with(&mut suite.size_px, &args.size);
-        override_with(&mut suite.frames, &args.frames);
         override_with(&mut suite.repeats, &args.repeats);
+        suite.frames = args.frames.or(suite.frames);
         suite.max_spacing = args.method.max_spacing.or(suite.max_spacing);
-        // A short flight still has frames to count.
-        suite.warm_up = suite.warm_up.min(suite.frames / 2);
         Ok(suite)
     }
 
@@ -166,10 +163,11 @@ pub struct Bench {
     pub suite_name: String,
     pub suite: Suite,
     pub runs: Vec<Run>,
-    pub dem_name: String,
-    pub heightmap: Arc<Heightmap>,
+    pub dem: Dem,
     pub flight_name: String,
     pub path: FlightPath,
+    /// Frames at the start of each flight of the speed pass that are not timed.
+    pub warm_up: u32,
     pub submission: Submission,
 }
 
@@ -179,17 +177,17 @@ impl Bench {
         let suite = Suite::from_args(args)?;
         let runs = suite.runs()?;
         let flight = open_flight(&suite.flight)?;
-        let read: ReadOptions = args.dem.read_options();
-        let dem = terrain_dem::open(&suite.dem, &read)?;
-        let heightmap = Arc::new(dem.heightmap);
-        let path = FlightPath::new(&flight, &heightmap, suite.frames)?;
+        let dem = terrain_dem::open(&suite.dem, &args.dem.read_options())?;
+        let frames = suite.frames.unwrap_or_else(|| flight.default_frames());
+        let path = FlightPath::new(&flight, &dem.heightmap, frames)?;
         Ok(Self {
             suite_name: suite_stem(&args.suite),
             runs,
-            dem_name: dem.name,
-            heightmap,
+            dem,
             flight_name: flight.name().to_string(),
             path,
+            // A short flight still has frames to time.
+            warm_up: suite.warm_up.min(frames / 2),
             submission: args.submission.map_or(Submission::Direct, Submission::from),
             suite,
         })

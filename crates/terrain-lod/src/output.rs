@@ -1,0 +1,15 @@
+//! What goes to stdout: results, whole and at once.
+
+use std::io::{ErrorKind, Write};
+
+use crate::fault::{Cause, Fault};
+
+/// Prints a text. A reader that has seen enough (`| head`) is no failure.
+pub fn print(text: &str) -> Result<(), Fault> {
+    match std::io::stdout().lock().write_all(text.as_bytes()) {
+        Err(error) if error.kind() != ErrorKind::BrokenPipe => {
+            Err(Fault::new(Cause::Io, format_args!("cannot write to stdout: {error}")))
+        }
+        _ => Ok(()),
+    }
+}
