@@ -36,30 +36,30 @@ struct Corner {
     @location(1) at: vec2<f32>,
     // Height in metres.
     @location(2) height_m: f32,
-    @location(3) @interpolate(flat) patch_number: u32,
-    @location(4) @interpolate(flat) level: u32,
+    // A `PatchTag`.
+    @location(3) @interpolate(flat) tag: u32,
 }
 
 // ---- vertices --------------------------------------------------------------------------------------------------------
 
 // The whole part of the difference is taken in integers, so nothing is lost far from the DEM's origin.
-fn corner(column_row: vec2<i32>, height_m: f32, patch_number: u32, level: u32) -> Corner {
+fn corner(column_row: vec2<i32>, height_m: f32, tag: u32) -> Corner {
     let ground_m = vec2<f32>(column_row - frame.eye_sample) * frame.spacing_m - frame.eye_remainder_m;
     let position_eye = vec3<f32>(ground_m.x, height_m - frame.eye_height_m, ground_m.y);
     var position_clip = frame.clip_from_eye * vec4<f32>(position_eye, 1.0);
     // z / w is near / distance, so that scaling z is moving along the ray through the eye.
     position_clip.z *= 1.0 + pull;
-    return Corner(position_clip, position_eye, vec2<f32>(column_row), height_m, patch_number, level);
+    return Corner(position_clip, position_eye, vec2<f32>(column_row), height_m, tag);
 }
 
-// `BakedVertex`; the instance index is a `PatchTag`.
+// `BakedVertex`; the instance index is the tag.
 @vertex
 fn vertex_baked(
     @location(0) column_row: vec2<u32>,
     @location(1) height_m: f32,
     @builtin(instance_index) tag: u32,
 ) -> Corner {
-    return corner(vec2<i32>(column_row), height_m, tag >> 4u, tag & 15u);
+    return corner(vec2<i32>(column_row), height_m, tag);
 }
 
 // `LocalVertex` and `PatchInstance`; the same map as `PatchInstance::sample`.
@@ -69,14 +69,12 @@ fn vertex_displaced(
     @location(1) origin: vec2<i32>,
     @location(2) leg_u: vec2<i32>,
     @location(3) leg_v: vec2<i32>,
-    @builtin(instance_index) patch_number: u32,
+    @location(4) tag: u32,
 ) -> Corner {
     let local = vec2<i32>(uv);
     let column_row = clamp(origin + local.x * leg_u + local.y * leg_v, vec2<i32>(0), frame.last_sample);
     let height_m = textureLoad(heights, column_row, 0).r;
-    // Legs grow by the square root of two from one layer of triangles to the next, and by two from one of squares.
-    let level = firstLeadingBit(u32(dot(leg_u, leg_u)));
-    return corner(column_row, height_m, patch_number, level);
+    return corner(column_row, height_m, tag);
 }
 
 // ---- colours ---------------------------------------------------------------------------------------------------------
@@ -111,7 +109,7 @@ fn patch_colour(patch_number: u32) -> vec3<f32> {
     return from_hue(hue, 0.7, lightness);
 }
 
-// Red, orange, green, cyan, blue, violet; the second turn of the hues is darker.
+// Red, orange, green, cyan, blue, violet; the second turn of the hues is darker. A tag has room for 16 levels.
 fn level_colour(level: u32) -> vec3<f32> {
     let turn = f32(level / 8u);
     return from_hue(f32(level % 8u) / 8.0 + turn / 16.0, 0.85, 0.27 - 0.12 * turn);
@@ -119,8 +117,8 @@ fn level_colour(level: u32) -> vec3<f32> {
 
 fn surface_colour(in: Corner, normal: vec3<f32>) -> vec3<f32> {
     switch frame.colour {
-        case COLOUR_BY_PATCH: { return patch_colour(in.patch_number); }
-        case COLOUR_BY_LEVEL: { return level_colour(in.level); }
+        case COLOUR_BY_PATCH: { return patch_colour(in.tag >> 4u); }
+        case COLOUR_BY_LEVEL: { return level_colour(in.tag & 15u); }
         default: { return ground_colour(in.height_m, normal); }
     }
 }

@@ -220,7 +220,7 @@ impl Grid {
         self.layers[level as usize].step as f64 * self.spacing_m[0].max(self.spacing_m[1])
     }
 
-    /// The map from a patch's local vertices to samples: u leads to the left end, v to the right end.
+    /// The map from a patch's local vertices to samples, untagged: u leads to the left end, v to the right end.
     pub fn instance(&self, patch: Patch) -> PatchInstance {
         let Layer { step, side, .. } = *self.layer(patch.square);
         let Square { column, row, .. } = patch.square;
@@ -228,7 +228,7 @@ impl Grid {
             Half::NorthWest => ([column, row], step as i16),
             Half::SouthEast => ([column + 1, row + 1], -(step as i16)),
         };
-        PatchInstance { origin: apex.map(|at| (at * side) as i32), leg_u: [0, step], leg_v: [step, 0] }
+        PatchInstance { origin: apex.map(|at| (at * side) as i32), leg_u: [0, step], leg_v: [step, 0], tag: 0 }
     }
 }
 

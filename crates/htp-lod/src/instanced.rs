@@ -2,7 +2,7 @@
 //!
 //! Deviation: the paper draws one patch at a time, and saves draws by making patches large. Since the index lists are
 //! the same for every orientation (section 4.1, Figure 3), so can the vertices be: an instance says where the patch
-//! stands, and the height comes from the DEM. Instances are sorted by mask, one draw a mask:
+//! stands and which one it is, and the height comes from the DEM. Instances are sorted by mask, one draw a mask:
 //!
 //! ```text
 //!  instances  | mask 0 ............ | mask 1 .. | mask 2 ... | ... | mask 6 |
@@ -10,11 +10,14 @@
 //! ```
 
 use crate::blocks::{Blocks, MASKS};
-use crate::grid::Grid;
+use crate::grid::{Grid, Patch};
 use crate::leaves::Leaf;
+use crate::per_patch::Slot;
 use terrain_core::{Buffer, Draw, FramePlan, PatchInstance};
 
 pub(crate) struct Instanced {
+    /// Numbers the patches as if each had vertices of its own.
+    slot: Slot,
     /// What the instance buffer begins with.
     uploaded: Vec<PatchInstance>,
     /// What this frame needs.
@@ -22,8 +25,8 @@ pub(crate) struct Instanced {
 }
 
 impl Instanced {
-    pub fn new() -> Self {
-        Self { uploaded: Vec::new(), instances: Vec::new() }
+    pub fn new(grid: &Grid) -> Self {
+        Self { slot: Slot::new(grid), uploaded: Vec::new(), instances: Vec::new() }
     }
 
     /// Bytes of the instance buffer: room for all patches of the finest layer. A leaf stands for at least one of
@@ -58,8 +61,49 @@ impl Instanced {
         self.instances.resize(leaves.len(), bytemuck::Zeroable::zeroed());
         for leaf in leaves {
             let place = &mut next[leaf.mask as usize];
-            self.instances[*place as usize] = grid.instance(leaf.patch);
+            self.instances[*place as usize] = self.instance(grid, leaf.patch);
             *place += 1;
+        }
+    }
+
+    /// A tag that is the same in every view, and the same that one draw a patch would have.
+    fn instance(&self, grid: &Grid, patch: Patch) -> PatchInstance {
+        PatchInstance { tag: self.slot.tag(grid, patch).to_instance(), ..grid.instance(patch) }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::{Batching, Htp, Options};
+    use std::sync::Arc;
+    use terrain_core::walk::RandomWalk;
+    use terrain_core::{Buffer, Draw, FramePlan, Heightmap, LodMethod, PatchInstance};
+
+    /// The start of the index list and the tag of each patch that a draw of baked vertices draws.
+    fn as_published(draw: &Draw) -> (u32, u32) {
+        (draw.indices.start, draw.instances.start)
+    }
+
+    #[test]
+    fn both_batchings_tag_a_patch_alike_in_every_view() {
+        let heights = (0..90 * 70).map(|i| (i % 17) as f32 * 40.0).collect();
+        let heightmap = Arc::new(Heightmap::new(90, 70, [30.0; 2], heights).unwrap());
+        let [mut published, mut instanced] = [Batching::PerPatch, Batching::Instanced]
+            .map(|batching| Htp::new(heightmap.clone(), Options { batching, ..Options::default() }).unwrap());
+        let (mut plan, mut buffer) = (FramePlan::default(), Vec::<PatchInstance>::new());
+        for view in RandomWalk::new(3, &heightmap).take(40) {
+            published.plan(&view, &mut plan);
+            let mut expected: Vec<_> = plan.draws.iter().map(as_published).collect();
+            instanced.plan(&view, &mut plan);
+            if let Some(upload) = plan.uploads.iter().find(|upload| upload.buffer == Buffer::Instances) {
+                buffer = bytemuck::pod_collect_to_vec(plan.bytes_of(upload));
+            }
+            let tags = |draw: &Draw| draw.instances.clone().map(|at| buffer[at as usize].tag).collect::<Vec<_>>();
+            let tagged = |draw: &Draw| tags(draw).into_iter().map(|tag| (draw.indices.start, tag)).collect::<Vec<_>>();
+            let mut found: Vec<_> = plan.draws.iter().flat_map(tagged).collect();
+            expected.sort();
+            found.sort();
+            assert_eq!(found, expected);
         }
     }
 }

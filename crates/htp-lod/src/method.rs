@@ -34,7 +34,7 @@ impl Htp {
         let grid = Grid::new(&heightmap, &options);
         let rendering = match options.batching {
             Batching::PerPatch => Rendering::PerPatch(PerPatch::new(heightmap, &grid)?),
-            Batching::Instanced => Rendering::Instanced(Instanced::new()),
+            Batching::Instanced => Rendering::Instanced(Instanced::new(&grid)),
         };
         Ok(Self {
             options,

@@ -70,16 +70,19 @@ impl PerPatch {
     /// Phase 6, rendering: each patch with its plain list or its matching block.
     pub fn draw(&self, grid: &Grid, blocks: &Blocks, leaves: &[Leaf], plan: &mut FramePlan) {
         for Leaf { patch, mask } in leaves {
-            let tag = PatchTag { patch: self.slot.patch_number(grid, *patch), level: patch.square.level };
-            let base_vertex = (tag.patch as usize * self.local.len()) as i32;
+            let base_vertex = (self.slot.patch_number(grid, *patch) as usize * self.local.len()) as i32;
+            let tag = self.slot.tag(grid, *patch);
             plan.draws.push(Draw::baked(blocks.ranges[*mask as usize].clone(), base_vertex, tag));
         }
     }
 }
 
-/// `base_vertex` is a signed 32-bit number, and a patch's tag has 27 bits.
+/// A patch's tag has 27 bits for its number.
+const MAX_PATCHES: u64 = 1 << 27;
+
+/// `base_vertex` is a signed 32-bit number, and a patch's tag is short.
 fn check_patches(k: u32, patches: u64) -> Result<(), HtpError> {
-    let limit = (i32::MAX as u64 / vertices_per_patch(k) as u64).min(1 << 27);
+    let limit = (i32::MAX as u64 / vertices_per_patch(k) as u64).min(MAX_PATCHES);
     if patches > limit { Err(HtpError::Patches { patches, limit }) } else { Ok(()) }
 }
 
@@ -90,8 +93,8 @@ fn baked(heightmap: &Heightmap, local: &[LocalVertex], grid: &Grid, patch: Patch
     local.iter().map(move |vertex| BakedVertex::of(heightmap, sample(vertex)))
 }
 
-/// The order of the patches in a cell's slot.
-struct Slot {
+/// The order of the patches in a cell's slot, and with it the numbers of all patches.
+pub(crate) struct Slot {
     /// By level.
     layers: Vec<SlotLayer>,
     /// Patches in a slot.
@@ -119,7 +122,7 @@ impl SlotLayer {
 }
 
 impl Slot {
-    fn new(grid: &Grid) -> Self {
+    pub fn new(grid: &Grid) -> Self {
         let mut slot = Self { layers: Vec::new(), patches: 0 };
         for (level, layer) in grid.layers.iter().enumerate() {
             let squares_per_cell = grid.k.pow(grid.top() - level as u32);
@@ -131,13 +134,18 @@ impl Slot {
     }
 
     /// Running number of a patch over all slots.
-    fn patch_number(&self, grid: &Grid, patch: Patch) -> u32 {
+    fn patch_number(&self, grid: &Grid, patch: Patch) -> u64 {
         let Square { level, column, row } = patch.square;
         let SlotLayer { squares_per_cell: side, size, first_patch } = self.layers[level as usize];
         let cell = Square { level: grid.top(), column: column / side, row: row / side };
         let place = row % side * size[0] + column % side;
-        let slot = grid.index(cell) as u32 * self.patches as u32;
-        slot + first_patch as u32 + 2 * place + patch.half as u32
+        grid.index(cell) as u64 * self.patches + first_patch + 2 * place as u64 + patch.half as u64
+    }
+
+    /// What both batchings say of a patch, in every view. Patches without vertices of their own may be so many that
+    /// their numbers begin again.
+    pub fn tag(&self, grid: &Grid, patch: Patch) -> PatchTag {
+        PatchTag { patch: (self.patch_number(grid, patch) % MAX_PATCHES) as u32, level: patch.square.level }
     }
 }
 
@@ -165,10 +173,10 @@ mod tests {
             let slot = Slot::new(&grid);
             let squares = || (0..=grid.top()).flat_map(|level| grid.squares(level));
             let number = |square: Square| Half::BOTH.map(|half| slot.patch_number(&grid, square.half(half)));
-            let numbers: BTreeSet<u32> = squares().flat_map(number).collect();
+            let numbers: BTreeSet<u64> = squares().flat_map(number).collect();
             assert_eq!(numbers.len(), 2 * squares().count());
             let room = grid.squares(grid.top()).count() as u64 * slot.patches;
-            assert!(numbers.iter().all(|number| (*number as u64) < room));
+            assert!(numbers.iter().all(|number| *number < room));
         }
     }
 }

@@ -257,12 +257,12 @@ mod tests {
     #[test]
     fn displaced_instances_are_clamped_to_the_rim() {
         let dem = dem();
-        let sizes = BufferSizes { vertex_kind: VertexKind::Displaced, vertices: 12, indices: 12, instances: 32 };
+        let sizes = BufferSizes { vertex_kind: VertexKind::Displaced, vertices: 12, indices: 12, instances: 40 };
         let mut plan = FramePlan::default();
         plan.upload(Buffer::Vertices, 0, &[[0, 0], [1, 0], [0, 1]].map(|uv| LocalVertex { uv }));
         plan.upload(Buffer::Indices, 0, &[0u32, 1, 2]);
-        let south_east = PatchInstance { origin: [1, 0], leg_u: [0, 5], leg_v: [5, 0] };
-        let north_west = PatchInstance { origin: [2, 1], leg_u: [0, -1], leg_v: [-2, 0] };
+        let south_east = PatchInstance { origin: [1, 0], leg_u: [0, 5], leg_v: [5, 0], tag: 0 };
+        let north_west = PatchInstance { origin: [2, 1], leg_u: [0, -1], leg_v: [-2, 0], tag: 0 };
         plan.upload(Buffer::Instances, 0, &[south_east, north_west]);
         plan.draws.push(Draw { indices: 0..3, base_vertex: 0, instances: 0..2 });
         let mut mirror = MeshMirror::new(&sizes, &dem);

@@ -73,7 +73,8 @@ impl Draw {
     }
 }
 
-/// What a draw of baked vertices belongs to. It travels as the draw's instance index, so it costs no buffer.
+/// What a triangle belongs to. With baked vertices it travels as the draw's instance index and costs no buffer, with
+/// displaced ones in the [`PatchInstance`](crate::PatchInstance).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct PatchTag {
     /// Number of the patch, below 2^27.

@@ -43,7 +43,7 @@ pub struct LocalVertex {
     pub uv: [u16; 2],
 }
 
-/// An integer affine map from local coordinates to samples: 16 bytes.
+/// An integer affine map from local coordinates to samples, and what it draws: 20 bytes.
 ///
 /// `sample = clamp(origin + u * leg_u + v * leg_v)`, clamped to the DEM's last column and row, so that a patch that
 /// reaches over the rim ends on it.
@@ -56,6 +56,8 @@ pub struct PatchInstance {
     pub leg_u: [i16; 2],
     /// Columns and rows for one step in v.
     pub leg_v: [i16; 2],
+    /// A [`PatchTag`](crate::PatchTag), for the pictures that colour by patch or by level.
+    pub tag: u32,
 }
 
 impl PatchInstance {

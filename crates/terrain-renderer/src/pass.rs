@@ -284,7 +284,7 @@ impl<'a> PipelineFactory<'a> {
             Some(wgpu::VertexBufferLayout {
                 array_stride: size_of::<PatchInstance>() as u64,
                 step_mode: VertexStepMode::Instance,
-                attributes: &vertex_attr_array![1 => Sint32x2, 2 => Sint16x2, 3 => Sint16x2],
+                attributes: &vertex_attr_array![1 => Sint32x2, 2 => Sint16x2, 3 => Sint16x2, 4 => Uint32],
             }),
         ];
         let (entry_point, buffers) = match kind {

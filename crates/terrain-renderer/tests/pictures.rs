@@ -82,6 +82,18 @@ fn both_vertex_kinds_draw_the_same_picture() {
     }
 }
 
+/// One quad a patch, so that the patches of both kinds are the same and in the same order.
+#[test]
+fn both_vertex_kinds_have_the_same_colours_by_patch_and_by_level() {
+    let Some(gpu) = adapter() else { return };
+    let (dem, view) = (hills::hills(), oblique(&hills::hills()));
+    for colour in [Colour::ByPatch, Colour::ByLevel] {
+        let [baked, displaced] = [baked_grid(&dem, 1), displaced_grid(&dem, 1)]
+            .map(|mesh| shoot(&gpu, &dem, Submission::Direct, &mesh, &view, &shaded(colour)).picture);
+        assert!(baked == displaced, "{colour:?}");
+    }
+}
+
 #[test]
 fn the_gpu_counts_the_triangles_of_the_plan() {
     let Some(gpu) = adapter() else { return };

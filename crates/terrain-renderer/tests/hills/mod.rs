@@ -71,8 +71,7 @@ pub fn baked_grid(heightmap: &Heightmap, quads_per_draw: usize) -> Mesh {
         .enumerate()
         .map(|(patch, start)| {
             let end = indices.len().min(start + quads_per_draw * 6);
-            let tag = PatchTag { patch: patch as u32, level: patch as u32 % 16 };
-            Draw::baked(start as u32..end as u32, 0, tag)
+            Draw::baked(start as u32..end as u32, 0, tag(patch))
         })
         .collect();
     let sizes = BufferSizes {
@@ -86,13 +85,29 @@ pub fn baked_grid(heightmap: &Heightmap, quads_per_draw: usize) -> Mesh {
 
 /// The same triangles as [`baked_grid`], as instances of one square patch that reach over the rim.
 pub fn displaced_grid(heightmap: &Heightmap, quads: u16) -> Mesh {
+    displaced(heightmap, quads, 1)
+}
+
+/// One triangle pair for every square of `step` x `step` quads, clamped to the rim.
+pub fn coarse_grid(heightmap: &Heightmap, step: i16) -> Mesh {
+    displaced(heightmap, 4, step)
+}
+
+/// Instances of one square patch of `quads` x `quads` squares with legs of `step` samples, numbered row by row.
+fn displaced(heightmap: &Heightmap, quads: u16, step: i16) -> Mesh {
     let side = u32::from(quads) + 1;
     let vertices: Vec<_> = (0..=quads).flat_map(|v| (0..=quads).map(move |u| LocalVertex { uv: [u, v] })).collect();
     let indices = grid_indices(side, side);
-    let origins = |samples: u32| (0..samples as i32 - 1).step_by(usize::from(quads));
+    let origins = |samples: u32| (0..samples as i32 - 1).step_by(usize::from(quads) * step as usize);
     let instances: Vec<_> = origins(heightmap.rows())
         .flat_map(|row| origins(heightmap.columns()).map(move |column| [column, row]))
-        .map(|origin| PatchInstance { origin, leg_u: [1, 0], leg_v: [0, 1] })
+        .enumerate()
+        .map(|(patch, origin)| PatchInstance {
+            origin,
+            leg_u: [step, 0],
+            leg_v: [0, step],
+            tag: tag(patch).to_instance(),
+        })
         .collect();
     let mut plan = FramePlan::default();
     plan.upload(Buffer::Vertices, 0, &vertices);
@@ -110,6 +125,11 @@ pub fn displaced_grid(heightmap: &Heightmap, quads: u16) -> Mesh {
         instances: size_of_val(&instances[..]) as u64,
     };
     Mesh { sizes, plan }
+}
+
+/// Patches take turns through all levels.
+fn tag(patch: usize) -> PatchTag {
+    PatchTag { patch: patch as u32, level: patch as u32 % 16 }
 }
 
 /// ```text
