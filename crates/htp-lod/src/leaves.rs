@@ -8,7 +8,7 @@
 use crate::blocks::ALL_COLLAPSED;
 use crate::grid::{Grid, Half, Patch, Square};
 use crate::levels::Levels;
-use terrain_core::{Aabb, View};
+use terrain_core::View;
 
 /// A patch to draw and the matching block to draw it with.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -46,7 +46,7 @@ impl Visit<'_> {
             if split & half.bit() != 0 {
                 coarser_sides[half as usize] = Some(self.levels.coarser_sides(self.grid, patch));
             } else {
-                debug_assert_ne!(mask, ALL_COLLAPSED, "{patch:?} has no sibling");
+                assert_ne!(mask, ALL_COLLAPSED, "{patch:?} meets coarser patches on all sides");
                 self.leaves.push(Leaf { patch, mask });
             }
         }
@@ -78,15 +78,6 @@ impl Visit<'_> {
             return None;
         }
         let has_children = square.level > 0;
-        Some(if has_children && sees_whole(view, &bounds) { None } else { Some(view) })
+        Some(if has_children && view.sees_whole(&bounds) { None } else { Some(view) })
     }
-}
-
-/// The frustum is convex: a box is inside when its corners are.
-fn sees_whole(view: &View, bounds: &Aabb) -> bool {
-    let ends = [bounds.min, bounds.max];
-    (0..8).all(|corner: usize| {
-        let corner = [ends[corner & 1][0], ends[corner >> 1 & 1][1], ends[corner >> 2][2]];
-        view.sees_point(corner.into())
-    })
 }

@@ -1,6 +1,6 @@
 //! The camera at one frame, and the one place where metres become pixels.
 
-use glam::{DMat4, DQuat, DVec3, DVec4};
+use glam::{BVec3, DMat4, DQuat, DVec3, DVec4};
 
 /// A box along the world's axes, in metres.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -51,6 +51,8 @@ pub struct View {
     pub fov_y: f64,
     /// Picture width and height in pixels.
     pub size_px: [u32; 2],
+    /// Pixels for an error of one metre at a distance of one metre.
+    pixels_per_radian: f64,
     /// Left, right, bottom, top, near: a point p is inside where `plane.xyz . p + plane.w >= 0` for all five.
     frustum_world: [DVec4; 5],
 }
@@ -71,24 +73,22 @@ impl View {
             clip_from_eye,
             fov_y: lens.fov_y,
             size_px: lens.size_px,
+            pixels_per_radian: lens.size_px[1] as f64 / (2.0 * (0.5 * lens.fov_y).tan()),
             frustum_world: frustum(&clip_from_eye, camera.eye_world),
         })
     }
 
-    /// **The** projection formula: how many pixels `error_m` metres at `distance_m` from the eye cover at most.
+    /// **The** projection formula: how many pixels `error_m` metres at `distance_m` from the eye cover in the middle of
+    /// the picture, seen from the side. Towards its rim they can cover more.
     ///
     /// `error_m * viewport height / (2 tan(fov_y / 2) * distance)`; it does not change when the camera turns.
     pub fn pixels(&self, error_m: f64, distance_m: f64) -> f64 {
-        error_m * self.pixels_per_radian() / distance_m
+        error_m * self.pixels_per_radian / distance_m
     }
 
     /// The inverse of [`View::pixels`]: the largest error in metres that stays within `error_px` at that distance.
     pub fn metres(&self, error_px: f64, distance_m: f64) -> f64 {
-        error_px * distance_m / self.pixels_per_radian()
-    }
-
-    fn pixels_per_radian(&self) -> f64 {
-        self.size_px[1] as f64 / (2.0 * (0.5 * self.fov_y).tan())
+        error_px * distance_m / self.pixels_per_radian
     }
 
     /// Distance in metres from the eye to the nearest point of a box; 0 inside it.
@@ -99,18 +99,46 @@ impl View {
 
     /// Whether a world point is inside the frustum (its planes included).
     pub fn sees_point(&self, point_world: DVec3) -> bool {
-        self.frustum_world.iter().all(|plane| plane.truncate().dot(point_world) + plane.w >= 0.0)
+        self.frustum_world.iter().all(|plane| is_inside(plane, point_world))
+    }
+
+    /// Whether some of a segment is deeper inside the frustum than `slack_m`, the metres that rounding may cost.
+    pub fn sees_segment(&self, a_world: DVec3, b_world: DVec3, slack_m: f64) -> bool {
+        // The part of the segment that is inside, from 0 at a to 1 at b.
+        let (mut start, mut end) = (0.0_f64, 1.0_f64);
+        for plane in &self.frustum_world {
+            let [a, b] = [a_world, b_world].map(|point| plane.truncate().dot(point) + plane.w - slack_m);
+            match (a < 0.0, b < 0.0) {
+                (true, true) => return false,
+                (true, false) => start = start.max(a / (a - b)),
+                (false, true) => end = end.min(a / (a - b)),
+                (false, false) => {}
+            }
+        }
+        start < end
     }
 
     /// Whether a box may be in sight: `false` only where it lies wholly behind one plane of the frustum.
     pub fn sees(&self, bounds: &Aabb) -> bool {
         let (min, max) = (DVec3::from(bounds.min), DVec3::from(bounds.max));
-        self.frustum_world.iter().all(|plane| {
-            let normal = plane.truncate();
-            let farthest = DVec3::select(normal.cmpge(DVec3::ZERO), max, min);
-            normal.dot(farthest) + plane.w >= 0.0
-        })
+        self.frustum_world.iter().all(|plane| is_inside(plane, DVec3::select(inwards(plane), max, min)))
     }
+
+    /// Whether all points of a box are inside the frustum, and so whatever the box holds: for each plane, the corner
+    /// that comes nearest to it, or reaches farthest beyond it, must be inside.
+    pub fn sees_whole(&self, bounds: &Aabb) -> bool {
+        let (min, max) = (DVec3::from(bounds.min), DVec3::from(bounds.max));
+        self.frustum_world.iter().all(|plane| is_inside(plane, DVec3::select(inwards(plane), min, max)))
+    }
+}
+
+fn is_inside(plane: &DVec4, point_world: DVec3) -> bool {
+    plane.truncate().dot(point_world) + plane.w >= 0.0
+}
+
+/// The axes along which larger coordinates lead into the frustum.
+fn inwards(plane: &DVec4) -> BVec3 {
+    plane.truncate().cmpge(DVec3::ZERO)
 }
 
 fn check(camera: &Camera, lens: &Lens) -> Result<(), ViewError> {
@@ -210,6 +238,47 @@ mod tests {
             inside += expected as u32;
         }
         assert!(inside > 1000);
+    }
+
+    #[test]
+    fn boxes_are_in_sight_as_their_points_are() {
+        let v = view(17.0, -23.0);
+        let mut random = crate::SplitMix64::new(2);
+        let mut boxes = [0; 3];
+        for _ in 0..3_000 {
+            let side_m = random.range(0.1, 100.0);
+            let min = v.eye_world + DVec3::from([(); 3].map(|_| random.range(-150.0, 50.0)));
+            let max = min + DVec3::from([(); 3].map(|_| random.range(0.0, side_m)));
+            let bounds = Aabb { min: min.into(), max: max.into() };
+            let (sees, whole) = (v.sees(&bounds), v.sees_whole(&bounds));
+            let ends = [min, max];
+            let corner = |i: usize| DVec3::new(ends[i & 1].x, ends[i >> 1 & 1].y, ends[i >> 2].z);
+            assert_eq!(whole, (0..8).all(|i| v.sees_point(corner(i))), "{bounds:?}");
+            for _ in 0..20 {
+                let point = DVec3::from([0, 1, 2].map(|axis| random.range(min[axis], max[axis])));
+                let seen = v.sees_point(point);
+                assert!((sees || !seen) && (seen || !whole), "{point} of {bounds:?}");
+            }
+            boxes[sees as usize + whole as usize] += 1;
+        }
+        assert!(boxes.iter().all(|count| *count > 100), "out of sight, in part, whole: {boxes:?}");
+    }
+
+    #[test]
+    fn a_segment_is_seen_where_one_of_its_points_is() {
+        let v = view(17.0, -23.0);
+        let mut random = crate::SplitMix64::new(2);
+        let mut point = || v.eye_world + DVec3::from([(); 3].map(|_| random.range(-100.0, 100.0)));
+        let mut crossing = 0;
+        for _ in 0..2_000 {
+            let (a, b) = (point(), point());
+            let expected = (0..=1_000).any(|i| v.sees_point(a.lerp(b, i as f64 / 1e3)));
+            // Points in steps may miss a corner of the frustum that the segment cuts.
+            assert!(v.sees_segment(a, b, 0.0) || !expected, "{a} {b}");
+            assert!(!v.sees_segment(a, b, 0.3) || expected, "{a} {b}");
+            crossing += (expected && !v.sees_point(a) && !v.sees_point(b)) as u32;
+        }
+        assert!(crossing > 50);
     }
 
     #[test]
