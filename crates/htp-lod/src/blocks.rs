@@ -94,7 +94,7 @@ const RIGHT: usize = 2;
 pub(crate) const MASKS: usize = 8;
 
 /// All three sides collapsed: it has its index list, as in Figure 2, but every patch of a split patch has a sibling on
-/// at least one side, so it is never drawn.
+/// at least one side, so it is never drawn (`leaves` asserts it).
 pub(crate) const ALL_COLLAPSED: u8 = 7;
 
 /// Vertices of a patch: 10 for k = 3.
@@ -109,6 +109,9 @@ pub(crate) fn local_vertices(k: u32) -> Vec<LocalVertex> {
 }
 
 /// The 8 index lists of one `k`, one after the other: one static index buffer.
+///
+/// Deviation: the paper has 7 index buffers, the plain patch's among them (section 3, phase 1), and draws 7 matching
+/// blocks beside it (Figure 2), which makes 8 lists. All 8 are here, by mask; 7 can be drawn.
 pub(crate) struct Blocks {
     pub indices: Vec<u32>,
     /// Where the list of each mask stands in `indices`.

@@ -11,20 +11,21 @@
 //! | matching blocks (2.2, Figure 2), index lists and their re-use (4.1, Figure 3) | `blocks` |
 //! | levels differ by one at most (2.2) | `levels` |
 //! | phase 1, initialisation | `method` |
-//! | phase 2, cell loading; dynamic loading (4.2) | not here: the DEM is in memory |
+//! | phase 2, cell loading; dynamic loading (4.2) | not here |
 //! | phase 3, cell binding | `grid`: squares are numbered across cells |
 //! | phase 4, LOD computation by distance | `method`, `levels`; the patches in sight: `leaves` |
 //! | phase 5, vertex-buffer merger | `per_patch` |
-//! | phase 6, rendering | `per_patch` as published, `instanced` in at most 8 draws |
+//! | phase 6, rendering | `per_patch` as published, `instanced` in at most 7 draws |
 //!
 //! Deviations, each marked where it stands:
-//! - any `k` and any number of layers, where the paper has 3 and 3;
+//! - any `k` and any number of layers, where the paper has 3 and 3 (`options`);
 //! - DEMs of any size: vertices beyond the rim are clamped to it, and squares that cross the rim split both halves
 //!   together (`grid`, `levels`);
-//! - "levels in proportion to the distance" is made precise as a longest screen length of a triangle's leg;
+//! - "levels in proportion to the distance" is made precise as a longest screen length of a triangle's leg (`method`);
 //! - 8 index lists: the plain patch and all 7 matching blocks of Figure 2. The paper counts 7 in all; the block with
-//!   three collapsed sides can never be drawn, so that 7 are in use (`leaves`);
-//! - the method's own threads are gone: levels take less than a frame's time (`method`);
+//!   three collapsed sides can never be drawn, so that 7 are in use (`blocks`, `leaves`);
+//! - the whole DEM is in memory, and cells are not loaded (`method`);
+//! - no threads: levels are computed within the plan (`method`);
 //! - besides one draw a patch, instances (`instanced`).
 
 mod blocks;

