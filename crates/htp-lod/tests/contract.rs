@@ -1,6 +1,10 @@
-//! Both batchings keep the contract of all methods, on DEMs that are no multiple of a cell.
+//! Both batchings keep the contract of all methods, on DEMs that are no multiple of a cell. The legs are as long as it
+//! takes for all layers to be in sight on DEMs as small as these.
+
+mod seen;
 
 use htp_lod::{Batching, Htp, Options};
+use seen::{ALL_LISTS, LISTS_BY_DISTANCE};
 use std::sync::Arc;
 use terrain_core::contract::{self, Build};
 use terrain_core::{Heightmap, LodMethod};
@@ -11,38 +15,52 @@ fn terrain(columns: u32, rows: u32, spacing_m: [f64; 2]) -> Heightmap {
     Heightmap::new(columns, rows, spacing_m, heights_m).unwrap()
 }
 
-fn check(heightmap: Heightmap, options: Options, frames: u32) {
-    let heightmap = Arc::new(heightmap);
+/// Checks a walk that must show all layers and so many of the 8 index lists.
+fn check(heightmap: Heightmap, options: Options, frames: u32, lists: usize) {
+    let (heightmap, seed) = (Arc::new(heightmap), options.k as u64);
+    let seen = seen::levels_and_lists(&heightmap, options, seed, frames);
+    assert_eq!(seen, [options.layers as usize, lists], "levels and index lists in sight");
     for batching in [Batching::PerPatch, Batching::Instanced] {
         let build = |Build { culling, .. }: Build| -> Box<dyn LodMethod> {
             Box::new(Htp::new(heightmap.clone(), Options { batching, culling, ..options }).unwrap())
         };
-        contract::check(&heightmap, build, options.k as u64, frames);
+        contract::check(&heightmap, build, seed, frames);
     }
+}
+
+fn options(k: u32, layers: u32, leg_px: f64) -> Options {
+    Options { k, layers, leg_px, ..Options::default() }
 }
 
 #[test]
 fn the_papers_setting_on_whole_cells() {
-    check(terrain(82, 109, [30.0, 30.0]), Options::default(), 60);
+    check(terrain(82, 109, [30.0, 30.0]), options(3, 3, 60.0), 60, LISTS_BY_DISTANCE);
 }
 
 #[test]
 fn dems_that_are_no_multiple_of_a_cell() {
-    check(terrain(193, 250, [30.0, 25.0]), Options::default(), 30);
-    check(terrain(30, 31, [10.0, 10.0]), Options { k: 5, ..Options::default() }, 60);
-    check(terrain(54, 29, [10.0, 40.0]), Options { k: 4, layers: 4, leg_px: 20.0, ..Options::default() }, 60);
-    check(terrain(2, 9, [100.0, 100.0]), Options { k: 7, layers: 2, ..Options::default() }, 60);
+    check(terrain(193, 250, [30.0, 25.0]), options(3, 3, 30.0), 30, LISTS_BY_DISTANCE);
+    check(terrain(54, 29, [10.0, 40.0]), options(4, 2, 600.0), 60, LISTS_BY_DISTANCE);
 }
 
-/// With a remainder that leaves one step of a finest patch, strips along the rim lose triangles in most frames.
+/// Too small for all blocks, or for any.
+#[test]
+fn dems_of_hardly_a_cell() {
+    check(terrain(30, 31, [10.0, 10.0]), options(5, 2, 200.0), 60, 3);
+    check(terrain(2, 9, [100.0, 100.0]), options(7, 2, 20_000.0), 60, 1);
+}
+
+/// Six layers whose rings are narrower than a patch keep the restriction busy. With a remainder that leaves one step of
+/// a finest patch, strips along the rim lose triangles in most frames.
 #[test]
 fn many_layers_and_strips_that_vanish_at_the_rim() {
-    check(terrain(97, 70, [30.0, 30.0]), Options { k: 2, layers: 6, ..Options::default() }, 60);
-    check(terrain(134, 115, [80.0, 80.0]), Options::default(), 60);
+    check(terrain(97, 70, [30.0, 30.0]), options(2, 6, 350.0), 60, ALL_LISTS);
+    check(terrain(97, 65, [30.0, 30.0]), options(2, 6, 350.0), 60, ALL_LISTS);
+    check(terrain(134, 115, [80.0, 80.0]), options(3, 3, 45.0), 60, LISTS_BY_DISTANCE);
 }
 
 #[test]
-fn many_and_few_layers() {
-    check(terrain(97, 65, [30.0, 30.0]), Options { k: 2, layers: 6, ..Options::default() }, 60);
-    check(terrain(70, 97, [30.0, 30.0]), Options { k: 8, layers: 1, ..Options::default() }, 60);
+fn few_layers() {
+    check(terrain(70, 97, [30.0, 30.0]), options(8, 2, 250.0), 100, LISTS_BY_DISTANCE);
+    check(terrain(70, 97, [30.0, 30.0]), options(8, 1, 8.0), 60, 1);
 }

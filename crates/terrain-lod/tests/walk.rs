@@ -1,5 +1,8 @@
 //! 2,000 frames of a seeded random walk for each method: the whole contract in every frame, cracks first of all.
 
+#[path = "../../htp-lod/tests/seen/mod.rs"]
+mod seen;
+
 use std::sync::Arc;
 
 use htp_lod::{Batching, Htp};
@@ -10,10 +13,15 @@ use terrain_dem::synthetic;
 use tin_lod::Tin;
 
 const FRAMES: u32 = 2_000;
+const SEED: u64 = 2026;
+
+fn dem() -> Arc<Heightmap> {
+    Arc::new(synthetic::generate(193, 250, 7))
+}
 
 fn walk(build: impl Fn(&Arc<Heightmap>, Build) -> Box<dyn LodMethod>) {
-    let heightmap = Arc::new(synthetic::generate(193, 250, 7));
-    contract::check(&heightmap, |b| build(&heightmap, b), 2026, FRAMES);
+    let heightmap = dem();
+    contract::check(&heightmap, |b| build(&heightmap, b), SEED, FRAMES);
 }
 
 #[test]
@@ -24,21 +32,34 @@ fn tin() {
     });
 }
 
-fn htp(batching: Batching) {
+/// With legs so long that all three layers are in sight on so small a DEM, and so many of the 8 index lists.
+fn htp(batching: Batching, leg_px: f64, lists: usize) {
+    let options = htp_lod::Options { batching, leg_px, ..Default::default() };
+    assert_eq!(seen::levels_and_lists(&dem(), options, SEED, FRAMES), [3, lists], "levels and index lists in sight");
     walk(|heightmap, Build { culling, .. }| {
-        let options = htp_lod::Options { culling, batching, ..Default::default() };
-        Box::new(Htp::new(heightmap.clone(), options).unwrap())
+        Box::new(Htp::new(heightmap.clone(), htp_lod::Options { culling, ..options }).unwrap())
     });
 }
 
 #[test]
 fn htp_per_patch() {
-    htp(Batching::PerPatch);
+    htp(Batching::PerPatch, 30.0, seen::LISTS_BY_DISTANCE);
 }
 
 #[test]
 fn htp_instanced() {
-    htp(Batching::Instanced);
+    htp(Batching::Instanced, 30.0, seen::LISTS_BY_DISTANCE);
+}
+
+/// Legs so long that the restriction has work to do.
+#[test]
+fn htp_per_patch_with_all_matching_blocks() {
+    htp(Batching::PerPatch, 300.0, seen::ALL_LISTS);
+}
+
+#[test]
+fn htp_instanced_with_all_matching_blocks() {
+    htp(Batching::Instanced, 300.0, seen::ALL_LISTS);
 }
 
 #[test]
