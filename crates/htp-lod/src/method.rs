@@ -17,6 +17,7 @@ pub struct Htp {
     blocks: Blocks,
     levels: Levels,
     leaves: Vec<Leaf>,
+    culling: bool,
     rendering: Rendering,
     initialised: bool,
 }
@@ -41,6 +42,7 @@ impl Htp {
             blocks: Blocks::new(options.k),
             levels: Levels::new(&grid),
             leaves: Vec::new(),
+            culling: true,
             grid,
             rendering,
             initialised: false,
@@ -77,7 +79,7 @@ impl Htp {
 
     /// Phase 4, continued: the patch and the matching block of each place in sight.
     fn select_patches(&mut self, view: &View) {
-        let culling = self.options.culling.then_some(view);
+        let culling = self.culling.then_some(view);
         leaves::collect(&self.grid, &self.levels, culling, &mut self.leaves);
     }
 
@@ -121,6 +123,10 @@ impl LodMethod for Htp {
                 instances: instanced.instance_bytes(&self.grid),
             },
         }
+    }
+
+    fn set_culling(&mut self, culling: bool) {
+        self.culling = culling;
     }
 
     /// The paper's phases. Phase 3, cell binding, is the grid's numbering.

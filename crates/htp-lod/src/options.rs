@@ -28,13 +28,11 @@ pub struct Options {
     pub leg_px: f64,
     /// How the visible patches reach the GPU; default [`Batching::PerPatch`].
     pub batching: Batching,
-    /// Whether patches out of sight are left out; default `true`. Levels do not depend on it.
-    pub culling: bool,
 }
 
 impl Default for Options {
     fn default() -> Self {
-        Self { k: 3, layers: 3, leg_px: 8.0, batching: Batching::default(), culling: true }
+        Self { k: 3, layers: 3, leg_px: 8.0, batching: Batching::default() }
     }
 }
 

@@ -6,8 +6,7 @@ mod seen;
 use htp_lod::{Batching, Htp, Options};
 use seen::{ALL_LISTS, LISTS_BY_DISTANCE};
 use std::sync::Arc;
-use terrain_core::contract::{self, Build};
-use terrain_core::{Heightmap, LodMethod};
+use terrain_core::{Heightmap, LodMethod, contract};
 
 /// Synthetic terrain with a spacing of its own.
 fn terrain(columns: u32, rows: u32, spacing_m: [f64; 2]) -> Heightmap {
@@ -21,8 +20,8 @@ fn check(heightmap: Heightmap, options: Options, frames: u32, lists: usize) {
     let seen = seen::levels_and_lists(&heightmap, options, seed, frames);
     assert_eq!(seen, [options.layers as usize, lists], "levels and index lists in sight");
     for batching in [Batching::PerPatch, Batching::Instanced] {
-        let build = |Build { culling, .. }: Build| -> Box<dyn LodMethod> {
-            Box::new(Htp::new(heightmap.clone(), Options { batching, culling, ..options }).unwrap())
+        let build = |_threads| -> Box<dyn LodMethod> {
+            Box::new(Htp::new(heightmap.clone(), Options { batching, ..options }).unwrap())
         };
         contract::check(&heightmap, build, seed, frames);
     }

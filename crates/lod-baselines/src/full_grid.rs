@@ -60,6 +60,10 @@ impl LodMethod for FullGrid {
         self.sizes
     }
 
+    fn set_culling(&mut self, _culling: bool) {
+        // One draw: all or nothing.
+    }
+
     fn plan(&mut self, _view: &View, plan: &mut FramePlan) {
         plan.clear();
         plan.upload(Buffer::Vertices, 0, &std::mem::take(&mut self.vertices));

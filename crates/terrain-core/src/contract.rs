@@ -5,35 +5,57 @@ use crate::walk::RandomWalk;
 use crate::watertight::WatertightOracle;
 use crate::{FramePlan, FrameStats, Heightmap, LodMethod, MeshMirror, View};
 
-/// What the contract asks of the function that makes a method.
-#[derive(Clone, Copy, Debug)]
-pub struct Build {
-    /// Whether the method leaves out what is not in view.
-    pub culling: bool,
-    /// How many threads it may plan on.
-    pub threads: usize,
+/// Walks `frames` frames over a DEM with a seeded camera and panics, naming seed and frame, where the method that
+/// `build` makes for a number of threads breaks its contract. The points are those of [`LodMethod`].
+pub fn check(heightmap: &Heightmap, build: impl Fn(usize) -> Box<dyn LodMethod>, seed: u64, frames: u32) {
+    let mut whole = Twins::new(heightmap, &build, false);
+    let mut culled = Twins::new(heightmap, &build, true);
+    let walk = RandomWalk::new(seed, heightmap).take(frames as usize);
+    for (frame, view) in walk.enumerate() {
+        let at = format!("{}, seed {seed}, frame {frame}", whole.one.method.name());
+        whole.plan(&view, &at);
+        whole.one.assert_covers_the_dem(&at);
+        culled.plan(&view, &format!("{at}, culled"));
+        culled.one.assert_covers_the_view(&view, &format!("{at}, culled"));
+        if frame % 8 == 0 {
+            whole.assert_second_plan_changes_nothing(&view, &at);
+            culled.assert_second_plan_changes_nothing(&view, &format!("{at}, culled"));
+        }
+        if frame + 1 == frames as usize {
+            culled.one.method.set_culling(false);
+            culled.one.plan(&view, &at);
+            culled.one.assert_covers_the_dem(&format!("{at}, culling switched off"));
+        }
+    }
 }
 
-/// Walks `frames` frames over a DEM with a seeded camera and panics, naming seed and frame, where the method that
-/// `build` makes breaks its contract. The points are those of [`LodMethod`].
-pub fn check(heightmap: &Heightmap, build: impl Fn(Build) -> Box<dyn LodMethod>, seed: u64, frames: u32) {
-    let mut whole = Subject::new(build(Build { culling: false, threads: 1 }), heightmap);
-    let mut twin = build(Build { culling: false, threads: 2 });
-    let mut culled = Subject::new(build(Build { culling: true, threads: 1 }), heightmap);
-    let mut twin_plan = FramePlan::default();
-    for (frame, view) in RandomWalk::new(seed, heightmap).take(frames as usize).enumerate() {
-        let at = format!("{}, seed {seed}, frame {frame}", whole.method.name());
-        whole.plan(&view, &at);
-        twin.plan(&view, &mut twin_plan);
-        assert!(same_bytes(&whole.plan, &twin_plan), "{at}: the plan depends on the number of threads");
-        whole.assert_covers_the_dem(&at);
-        culled.plan(&view, &at);
-        culled.assert_covers_the_view(&view, &at);
-        if frame % 8 == 0 {
-            whole.assert_second_plan_uploads_nothing(&view, &at);
-            twin.plan(&view, &mut twin_plan);
-            culled.assert_second_plan_uploads_nothing(&view, &at);
-        }
+/// A method on one thread, watched, and the same on two threads, which must plan the same bytes.
+struct Twins<'a> {
+    one: Subject<'a>,
+    two: Box<dyn LodMethod>,
+    plan_of_two: FramePlan,
+}
+
+impl<'a> Twins<'a> {
+    fn new(heightmap: &'a Heightmap, build: &impl Fn(usize) -> Box<dyn LodMethod>, culling: bool) -> Self {
+        let [one, two] = [1, 2].map(|threads| {
+            let mut method = build(threads);
+            method.set_culling(culling);
+            method
+        });
+        Self { one: Subject::new(one, heightmap), two, plan_of_two: FramePlan::default() }
+    }
+
+    fn plan(&mut self, view: &View, at: &str) {
+        self.one.plan(view, at);
+        self.two.plan(view, &mut self.plan_of_two);
+        assert!(same_bytes(&self.one.plan, &self.plan_of_two), "{at}: the plan depends on the number of threads");
+    }
+
+    fn assert_second_plan_changes_nothing(&mut self, view: &View, at: &str) {
+        self.plan(view, at);
+        assert!(self.one.plan.uploads.is_empty(), "{at}: the second plan for an unchanged view uploads bytes");
+        assert!(!self.one.changed, "{at}: the second plan for an unchanged view draws something else");
     }
 }
 
@@ -75,31 +97,146 @@ impl<'a> Subject<'a> {
     }
 
     fn assert_covers_the_dem(&mut self, at: &str) {
-        if !self.changed {
-            return;
-        }
-        let found = self.watertight.check(self.mirror.triangles(), self.mirror.degenerate());
-        assert!(found.covers(self.heightmap.columns(), self.heightmap.rows()), "{at}: {found:?}");
-        for triangle in self.mirror.triangles() {
-            let expected = triangle.samples.map(|sample| self.heightmap.height_m(sample));
-            assert_eq!(triangle.heights_m, expected, "{at}: heights that are not the DEM's at {:?}", triangle.samples);
+        if self.changed {
+            let found = self.watertight.check(self.mirror.triangles(), self.mirror.degenerate());
+            assert!(found.covers(self.heightmap.columns(), self.heightmap.rows()), "{at}: {found:?}");
+            self.assert_heights(at);
         }
     }
 
     fn assert_covers_the_view(&mut self, view: &View, at: &str) {
         if self.changed {
             let found = self.watertight.check(self.mirror.triangles(), self.mirror.degenerate());
-            assert_eq!(found.cracks(), 0, "{at}, culled: {found:?}");
+            assert_eq!(found.cracks(), 0, "{at}: {found:?}");
+            self.assert_heights(at);
             self.errors.set_mesh(self.mirror.triangles());
         }
+        let holes = self.watertight.open_edges_in_view(self.heightmap, view);
+        assert_eq!(holes, 0, "{at}: open edges in view");
         let mut errors = ErrorDistribution::new(&[]);
         self.errors.measure(view, &mut errors);
-        assert_eq!(errors.uncovered(), 0, "{at}, culled: samples in view that no triangle covers");
+        assert_eq!(errors.uncovered(), 0, "{at}: samples in view that no triangle covers");
     }
 
-    fn assert_second_plan_uploads_nothing(&mut self, view: &View, at: &str) {
-        self.plan(view, at);
-        assert!(self.plan.uploads.is_empty(), "{at}: the second plan for an unchanged view uploads bytes");
-        assert!(!self.changed, "{at}: the second plan for an unchanged view draws something else");
+    fn assert_heights(&self, at: &str) {
+        for triangle in self.mirror.triangles() {
+            let expected = triangle.samples.map(|sample| self.heightmap.height_m(sample));
+            assert_eq!(triangle.heights_m, expected, "{at}: heights that are not the DEM's at {:?}", triangle.samples);
+        }
+    }
+}
+
+/// Methods that break the contract in one way each: it must notice.
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{BakedVertex, Buffer, BufferSizes, Draw, PatchTag, VertexKind};
+
+    /// Two triangles a quad, one draw a row; with something wrong.
+    struct Faulty {
+        heightmap: Heightmap,
+        threads: usize,
+        frame: u32,
+        culling: bool,
+        wrong: Wrong,
+    }
+
+    #[derive(Clone, Copy, PartialEq)]
+    enum Wrong {
+        Nothing,
+        MissingTriangle,
+        MissingTriangleWhenCulled,
+        Height,
+        UploadsAlways,
+        Threads,
+        CulledThreads,
+        Clockwise,
+        NotUploaded,
+    }
+
+    impl LodMethod for Faulty {
+        fn name(&self) -> &'static str {
+            "faulty"
+        }
+
+        fn buffers(&self) -> BufferSizes {
+            let samples = self.heightmap.heights_m().len() as u64;
+            BufferSizes { vertex_kind: VertexKind::Baked, vertices: 8 * samples, indices: 24 * samples, instances: 0 }
+        }
+
+        fn set_culling(&mut self, culling: bool) {
+            self.culling = culling;
+        }
+
+        fn plan(&mut self, _view: &View, plan: &mut FramePlan) {
+            plan.clear();
+            self.frame += 1;
+            let (columns, rows) = (self.heightmap.columns(), self.heightmap.rows());
+            if self.frame == 1 || self.wrong == Wrong::UploadsAlways {
+                let mut vertices = BakedVertex::whole_dem(&self.heightmap);
+                vertices[7].height_m += (self.wrong == Wrong::Height) as u32 as f32;
+                vertices.truncate(if self.wrong == Wrong::NotUploaded { 9 } else { vertices.len() });
+                plan.upload(Buffer::Vertices, 0, &vertices);
+                let quad = |at: u32| [at, at + columns, at + 1, at + 1, at + columns, at + columns + 1];
+                let quads = (0..rows - 1).flat_map(|r| (0..columns - 1).map(move |c| r * columns + c));
+                let mut indices: Vec<u32> = quads.flat_map(quad).collect();
+                if self.wrong == Wrong::Clockwise {
+                    indices.swap(0, 1);
+                }
+                plan.upload(Buffer::Indices, 0, &indices);
+            }
+            let row = |r: u32| {
+                Draw::baked(6 * (columns - 1) * r..6 * (columns - 1) * (r + 1), 0, PatchTag { patch: r, level: 0 })
+            };
+            plan.draws.extend((0..rows - 1).map(row));
+            let threads_matter = match self.wrong {
+                Wrong::Threads => !self.culling,
+                Wrong::CulledThreads => self.culling,
+                _ => false,
+            };
+            if threads_matter && self.threads > 1 {
+                plan.draws.reverse();
+            }
+            let missing = match self.wrong {
+                Wrong::MissingTriangle => true,
+                Wrong::MissingTriangleWhenCulled => self.culling,
+                _ => false,
+            };
+            plan.draws[3].indices.start += 3 * missing as u32;
+        }
+    }
+
+    fn check_faulty(wrong: Wrong) {
+        let heightmap = Heightmap::new(9, 8, [10.0; 2], (0..72).map(|i| (i % 5) as f32).collect()).unwrap();
+        let build = |threads| -> Box<dyn LodMethod> {
+            Box::new(Faulty { heightmap: heightmap.clone(), threads, frame: 0, culling: true, wrong })
+        };
+        check(&heightmap, build, 3, 200);
+    }
+
+    #[test]
+    fn nothing_wrong() {
+        check_faulty(Wrong::Nothing);
+    }
+
+    macro_rules! notices {
+        ($($name:ident: $wrong:ident, $message:literal;)*) => {$(
+            #[test]
+            #[should_panic(expected = $message)]
+            fn $name() {
+                check_faulty(Wrong::$wrong);
+            }
+        )*};
+    }
+
+    notices! {
+        a_missing_triangle: MissingTriangle, "open_edges: 2";
+        a_triangle_that_is_missing_when_culled: MissingTriangleWhenCulled, "open edges in view";
+        a_wrong_height: Height, "heights that are not the DEM's";
+        uploads_for_an_unchanged_view: UploadsAlways, "uploads bytes";
+        threads_that_matter: Threads, "number of threads";
+        threads_that_matter_when_culled: CulledThreads, "culled: the plan depends on the number of threads";
+        a_triangle_turned_over: Clockwise, "inverted: 1";
+        vertices_that_were_never_uploaded: NotUploaded, "where not all is uploaded";
     }
 }

@@ -9,7 +9,8 @@ use crate::{BufferSizes, FramePlan, View};
 /// 1. Draws touch only bytes that this or an earlier plan uploaded.
 /// 2. Draws are triangle lists, counter-clockwise seen from above; vertices are DEM samples with the DEM's heights;
 ///    areas are positive (zero is allowed on the DEM's outline, and where two corners are one sample).
-/// 3. With culling off the triangles are watertight and cover the DEM exactly once, in every frame.
+/// 3. With culling off the triangles are watertight and cover the DEM exactly once, in every frame. With culling on
+///    they are those that may be in view.
 /// 4. The plan is a pure function of construction and the views so far, byte for byte, on any number of threads
 ///    ([`WorkReport`](crate::WorkReport)s, which hold times, aside).
 /// 5. The second plan for an unchanged view uploads nothing.
@@ -19,6 +20,9 @@ pub trait LodMethod: Send {
 
     /// What the three buffers must hold; fixed for life.
     fn buffers(&self) -> BufferSizes;
+
+    /// Whether plans leave out what is out of view; `true` at first. What is drawn in view does not depend on it.
+    fn set_culling(&mut self, culling: bool);
 
     /// Writes into `plan` (cleared first) what this frame uploads and draws.
     fn plan(&mut self, view: &View, plan: &mut FramePlan);

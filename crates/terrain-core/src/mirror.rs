@@ -91,12 +91,14 @@ impl<'a> MeshMirror<'a> {
         if plan.uploads.is_empty() && plan.draws == self.draws {
             return Ok(false);
         }
-        self.draws.clone_from(&plan.draws);
+        // Forgotten until all is expanded: a plan that is refused must not look unchanged the next time.
+        self.draws.clear();
         self.triangles.clear();
         self.degenerate.clear();
         for draw in &plan.draws {
             self.expand(draw)?;
         }
+        self.draws.clone_from(&plan.draws);
         Ok(true)
     }
 

@@ -9,7 +9,7 @@ use crate::{Draw, FramePlan};
 pub struct FrameStats {
     /// Triangles sent to the GPU, degenerate ones included.
     pub triangles: u64,
-    /// Draws in the plan; how many draw calls they become is the renderer's [submission](crate::FramePlan).
+    /// Draws in the plan; how many draw calls they become is the renderer's choice.
     pub draws: u64,
     /// Bytes written to the method's buffers.
     pub upload_bytes: u64,

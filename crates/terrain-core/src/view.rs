@@ -73,7 +73,7 @@ impl View {
             clip_from_eye,
             fov_y: lens.fov_y,
             size_px: lens.size_px,
-            pixels_per_radian: lens.size_px[1] as f64 / (2.0 * (0.5 * lens.fov_y).tan()),
+            pixels_per_radian: lens.size_px[1] as f64 / (2.0 * libm::tan(0.5 * lens.fov_y)),
             frustum_world: frustum(&clip_from_eye, camera.eye_world),
         })
     }
@@ -164,7 +164,7 @@ fn check(camera: &Camera, lens: &Lens) -> Result<(), ViewError> {
 /// Reversed depth with the far plane at infinity: with a float depth buffer the precision is nearly even over all
 /// distances, so neither a ridge at 100 km nor a stone at 1 m needs a tuned range.
 fn clip_from_view(lens: &Lens) -> DMat4 {
-    let focal = 1.0 / (0.5 * lens.fov_y).tan();
+    let focal = 1.0 / libm::tan(0.5 * lens.fov_y);
     let aspect = lens.size_px[0] as f64 / lens.size_px[1] as f64;
     DMat4::from_cols(
         DVec4::new(focal / aspect, 0.0, 0.0, 0.0),

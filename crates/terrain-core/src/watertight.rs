@@ -3,17 +3,20 @@
 //! The signed area alone proves nothing (a mesh that folds over itself has the right one), so the edges are
 //! checked as well: every directed edge at most once, and every inner one with its twin.
 //!
-//! A mesh that was culled has open edges at the rim of what is in view. They are no cracks. What is a crack is an
-//! open edge that runs along *another* open edge: there is mesh on both sides, and it does not match.
+//! A mesh that was culled has open edges where what is out of view begins. They are no cracks as long as nobody sees
+//! them. What is a crack is an open edge that runs along *another* open edge (there is mesh on both sides, and it does
+//! not match), and an open edge in view (there is nothing where something should be).
 //!
 //! ```text
-//!   whole        T-junction: three        culled: one open
-//!   a---b        open edges overlap       edge, no crack
+//!   whole        T-junction: three        culled: one open edge,
+//!   a---b        open edges overlap       no crack if out of view
 //!   | / |        a-------b                a---b
 //!   c---d        b---m   m---a            | /
 //! ```
 
-use crate::{Sample, Triangle};
+use glam::DVec3;
+
+use crate::{Heightmap, Sample, Triangle, View};
 
 /// What the oracle found. All counts are 0 for a sound mesh, but `open_edges` where it was culled.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -35,7 +38,7 @@ pub struct Watertightness {
 }
 
 impl Watertightness {
-    /// Defects of a mesh that may be culled; 0 when it is sound.
+    /// Defects of a mesh that may be culled, but for [open edges in view](WatertightOracle::open_edges_in_view).
     pub fn cracks(&self) -> u64 {
         self.mismatched_edges + self.doubled_edges + self.inverted + self.stray_degenerate
     }
@@ -46,6 +49,9 @@ impl Watertightness {
         self.cracks() == 0 && self.open_edges == 0 && self.doubled_area == whole
     }
 }
+
+/// An open edge may lie on the very plane of the frustum that its neighbour's box ends at.
+const SLACK_M: f64 = 1e-6;
 
 /// Checks meshes over a DEM of one size; keeps its memory from frame to frame.
 pub struct WatertightOracle {
@@ -75,6 +81,16 @@ impl WatertightOracle {
             found.first_defect.get_or_insert([triangle.samples[0], triangle.samples[1]]);
         }
         found
+    }
+
+    /// Open edges of the mesh checked last that a view shows, those left out that are mismatched already: holes.
+    /// Culling may only leave out what is out of view.
+    pub fn open_edges_in_view(&self, heightmap: &Heightmap, view: &View) -> u64 {
+        let is_seen = |edge: &&OpenEdge| {
+            let [a, b] = edge.ends.map(|sample| DVec3::from(heightmap.world(sample)));
+            !edge.mismatched && view.sees_segment(a, b, SLACK_M)
+        };
+        self.open.iter().filter(is_seen).count() as u64
     }
 
     fn collect_edges(&mut self, triangles: &[Triangle], found: &mut Watertightness) {
@@ -138,6 +154,7 @@ impl WatertightOracle {
             if end - start > 1 {
                 found.mismatched_edges += (end - start) as u64;
                 found.first_defect.get_or_insert(self.open[start].ends);
+                self.open[start..end].iter_mut().for_each(|edge| edge.mismatched = true);
             }
             start = end;
         }
@@ -175,6 +192,7 @@ struct OpenEdge {
     /// The ends along the direction: dx * column + dz * row, smaller first.
     span: (i64, i64),
     ends: [Sample; 2],
+    mismatched: bool,
 }
 
 impl OpenEdge {
@@ -185,7 +203,7 @@ impl OpenEdge {
         let (dx, dz) = (dx / scale, dz / scale);
         let along = |p: (i64, i64)| dx * p.0 + dz * p.1;
         let (s, t) = (along(a), along(b));
-        Self { line: (dx, dz, dx * a.1 - dz * a.0), span: (s.min(t), s.max(t)), ends }
+        Self { line: (dx, dz, dx * a.1 - dz * a.0), span: (s.min(t), s.max(t)), ends, mismatched: false }
     }
 }
 
@@ -196,6 +214,7 @@ fn gcd(a: i64, b: i64) -> i64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::{Camera, Lens};
 
     /// Triangles from corners given as (column, row).
     fn mesh(corners: &[[(u32, u32); 3]]) -> Vec<Triangle> {
@@ -235,6 +254,25 @@ mod tests {
         let found = check(5, &[LOWER]);
         assert_eq!((found.cracks(), found.open_edges), (0, 1));
         assert!(!found.covers(5, 5));
+    }
+
+    /// Found by a review: no sample is uncovered and no open edge overlaps another, and yet there is a hole.
+    #[test]
+    fn a_missing_triangle_is_seen_where_the_camera_looks() {
+        let heightmap = Heightmap::new(9, 9, [1.0; 2], vec![0.0; 81]).unwrap();
+        let quad = |c: u32, r: u32| [[(c, r), (c, r + 1), (c + 1, r)], [(c + 1, r), (c, r + 1), (c + 1, r + 1)]];
+        let mut corners: Vec<_> = (0..64).flat_map(|i| quad(i % 8, i / 8)).collect();
+        corners.remove(2 * (8 * 4 + 4));
+        let mut oracle = WatertightOracle::new(9, 9);
+        let found = oracle.check(&mesh(&corners), &[]);
+        assert_eq!((found.cracks(), found.open_edges), (0, 3));
+        let lens = Lens { fov_y: 0.2, size_px: [9, 9], near_m: 0.1 };
+        let above = |x: f64, z: f64| {
+            let camera = Camera { eye_world: DVec3::new(x, 9.0, z), heading: 0.0, pitch: -std::f64::consts::FRAC_PI_2 };
+            View::new(&camera, &lens).unwrap()
+        };
+        assert_eq!(oracle.open_edges_in_view(&heightmap, &above(4.3, 4.3)), 3);
+        assert_eq!(oracle.open_edges_in_view(&heightmap, &above(1.0, 1.0)), 0, "out of view it may have been culled");
     }
 
     #[test]

@@ -3,19 +3,21 @@
 use std::path::PathBuf;
 
 use terrain_dem::Dem;
-use terrain_renderer::{Gpu, Renderer, RendererSettings};
+use terrain_renderer::{Gpu, RenderError, Renderer, RendererSettings};
 
+use crate::attempt::attempt;
 use crate::cli::BenchArgs;
 use crate::dry_run;
-use crate::error_pass;
+use crate::error_pass::{self, ErrorFlight};
 use crate::fault::{Cause, Fault};
 use crate::interrupt;
 use crate::machine::Machine;
+use crate::methods::Run;
 use crate::output::print;
 use crate::progress::Progress;
 use crate::results::{Results, utc_now};
 use crate::shots;
-use crate::speed_pass;
+use crate::speed_pass::{self, SpeedFlights, SpeedFrame};
 use crate::suite::Bench;
 use crate::summary::{self, SummaryRow, Surroundings};
 use crate::table;
@@ -23,6 +25,7 @@ use crate::table;
 pub fn run(args: &BenchArgs) -> Result<(), Fault> {
     interrupt::listen();
     let bench = Bench::from_args(args)?;
+    interrupt::check()?;
     let utc = utc_now();
     let folder = args.out.clone().unwrap_or_else(|| default_folder(&utc, &bench.suite_name));
     Results::check(&folder)?;
@@ -34,18 +37,32 @@ pub fn run(args: &BenchArgs) -> Result<(), Fault> {
     let results = Results::create(&folder)?;
     let machine = Machine::of(&bench, renderer.as_ref(), utc);
     results.write_json("machine.json", &machine)?;
-    let surroundings = surroundings(&machine);
-
-    let mut rows = fly(&bench, &mut renderer, &results, &surroundings)?;
+    let mut flown = fly(&bench, &mut renderer, &results, &surroundings(&machine))?;
+    write_summary(&bench, &results, &flown)?;
     if let Some(gpu) = &gpu {
-        take_shots(&bench, gpu, &results, &mut rows)?;
+        take_shots(&bench, gpu, &results, &mut flown)?;
     }
-    results.write_csv("summary.csv", &rows)?;
-    let text = table::markdown(&rows) + &credits(&bench.dem);
-    results.write_text("summary.md", &text)?;
+    let text = write_summary(&bench, &results, &flown)?;
     let folder = results.complete()?;
     print(&format!("{text}\nResults: {}\n", folder.display()))?;
-    answer(&rows)
+    answer(&flown)
+}
+
+/// What became of one run.
+struct Flown {
+    rows: Vec<SummaryRow>,
+    /// Why it failed, if it did.
+    fault: Option<Fault>,
+}
+
+impl Flown {
+    /// The first failure counts, and stands in every row of the run.
+    fn fail(&mut self, stage: &str, fault: Fault) {
+        if self.fault.is_none() {
+            self.rows.iter_mut().for_each(|row| row.err = format!("{stage}: {fault}"));
+            self.fault = Some(fault);
+        }
+    }
 }
 
 /// A dry run goes on without an adapter, and says so.
@@ -54,7 +71,7 @@ fn open_gpu(args: &BenchArgs) -> Result<Option<Gpu>, Fault> {
         return Ok(None);
     }
     match Gpu::headless(&args.adapter.choice()) {
-        Err(_) if args.dry_run => Ok(None),
+        Err(RenderError::NoAdapter { .. }) if args.dry_run && args.adapter.is_open() => Ok(None),
         gpu => Ok(Some(gpu?)),
     }
 }
@@ -87,57 +104,71 @@ fn surroundings(machine: &Machine) -> Surroundings {
     }
 }
 
-/// Both passes, a CSV for each run and pass, and the rows of the summary.
+/// Both passes, with a CSV for each run and pass as soon as there is something to write.
 fn fly(
     bench: &Bench,
     renderer: &mut Option<Renderer>,
     results: &Results,
     surroundings: &Surroundings,
-) -> Result<Vec<SummaryRow>, Fault> {
+) -> Result<Vec<Flown>, Fault> {
     let steps = bench.runs.len() as u64 * bench.path.len() as u64;
     let errors = error_pass::fly_all(bench, &Progress::new("errors", steps))?;
-    let speed = speed_pass::fly_all(bench, renderer, &Progress::new("speed", steps * bench.suite.repeats as u64))?;
-    let mut rows = Vec::new();
-    for ((run, errors), speed) in bench.runs.iter().zip(&errors).zip(&speed) {
-        let stem = run.file_stem();
+    for (run, errors) in bench.runs.iter().zip(&errors) {
         if let Ok(flight) = errors {
-            results.write_csv(&format!("frames/{stem}-error.csv"), &flight.frames)?;
+            results.write_csv(&format!("frames/{}-error.csv", run.file_stem()), &flight.frames)?;
         }
-        if let Ok(frames) = speed {
-            results.write_csv(&format!("frames/{stem}-speed.csv"), frames)?;
-        }
-        rows.extend(summary::rows(bench, run, surroundings, errors, speed));
     }
-    Ok(rows)
+    let keep =
+        |run: &Run, frames: &[SpeedFrame]| results.write_csv(&format!("frames/{}-speed.csv", run.file_stem()), frames);
+    let progress = Progress::new("speed", steps * bench.suite.repeats as u64);
+    let speed = speed_pass::fly_all(bench, renderer, &progress, keep)?;
+    let runs = bench.runs.iter().zip(errors).zip(speed);
+    Ok(runs.map(|((run, errors), speed)| sum_up(bench, run, surroundings, errors, speed)).collect())
 }
 
-/// A failure here belongs into the rows of its run, beside what the passes have measured.
-fn take_shots(bench: &Bench, gpu: &Gpu, results: &Results, rows: &mut [SummaryRow]) -> Result<(), Fault> {
+fn sum_up(
+    bench: &Bench,
+    run: &Run,
+    surroundings: &Surroundings,
+    errors: Result<ErrorFlight, Fault>,
+    speed: SpeedFlights,
+) -> Flown {
+    let rows = summary::rows(bench, run, surroundings, errors.as_ref().ok(), speed.as_deref().ok());
+    let mut flown = Flown { rows, fault: None };
+    errors.err().into_iter().for_each(|fault| flown.fail("error pass", fault));
+    speed.err().into_iter().for_each(|fault| flown.fail("speed pass", fault));
+    flown
+}
+
+/// Writes `summary.csv` and `summary.md`, and returns the latter.
+fn write_summary(bench: &Bench, results: &Results, flown: &[Flown]) -> Result<String, Fault> {
+    let rows: Vec<&SummaryRow> = flown.iter().flat_map(|flown| &flown.rows).collect();
+    results.write_csv("summary.csv", &rows)?;
+    let text = table::markdown(&rows) + &credits(&bench.dem);
+    results.write_text("summary.md", &text)?;
+    Ok(text)
+}
+
+/// Pictures of the runs that have come so far.
+fn take_shots(bench: &Bench, gpu: &Gpu, results: &Results, flown: &mut [Flown]) -> Result<(), Fault> {
     let mut renderer = renderer(gpu, bench, true)?;
-    let progress = Progress::new("pictures", 3 * bench.runs.len() as u64);
-    for run in &bench.runs {
-        match shots::take(bench, run, &mut renderer, &results.path("shots"), &progress) {
-            Err(fault) if matches!(fault.cause, Cause::Interrupted | Cause::Io) => return Err(fault),
-            Err(fault) => {
-                let is_of_run =
-                    |row: &&mut SummaryRow| row.method == run.method.as_str() && row.setting == run.setting();
-                for row in rows.iter_mut().filter(is_of_run).filter(|row| row.err.is_empty()) {
-                    row.err = format!("pictures: {fault}");
-                }
-            }
-            Ok(()) => {}
+    let (folder, progress) = (results.path("shots"), Progress::new("pictures", 3 * bench.runs.len() as u64));
+    for (run, flown) in bench.runs.iter().zip(flown).filter(|(_, flown)| flown.fault.is_none()) {
+        if let Err(fault) = attempt(|| shots::take(bench, run, &mut renderer, &folder, &progress))? {
+            flown.fail("pictures", fault);
         }
     }
     Ok(())
 }
 
-/// A run that failed or cracked is no success.
-fn answer(rows: &[SummaryRow]) -> Result<(), Fault> {
-    let failed = rows.iter().filter(|row| !row.err.is_empty()).count();
-    let cracked = rows.iter().filter(|row| row.cracks.is_some_and(|cracks| cracks > 0)).count();
-    if failed + cracked == 0 {
+/// A run that failed or cracked is no success. The exit code is the first failure's.
+fn answer(flown: &[Flown]) -> Result<(), Fault> {
+    let cracked = flown.iter().filter(|flown| flown.rows.iter().any(|row| row.cracks > Some(0))).count();
+    let faults: Vec<&Fault> = flown.iter().filter_map(|flown| flown.fault.as_ref()).collect();
+    if faults.is_empty() && cracked == 0 {
         return Ok(());
     }
-    let message = format!("{failed} of {} rows failed, {cracked} have cracks; see the table", rows.len());
-    Err(Fault::new(Cause::Failure, message))
+    let cause = faults.first().map_or(Cause::Failure, |fault| fault.cause);
+    let message = format!("{} of {} runs failed, {cracked} have cracks; see the table", faults.len(), flown.len());
+    Err(Fault::new(cause, message))
 }

@@ -1,12 +1,15 @@
 //! The command line.
 
+use std::ops::RangeInclusive;
 use std::path::PathBuf;
 
+use clap::builder::TypedValueParser;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use terrain_dem::ReadOptions;
 use terrain_renderer::{AdapterChoice, Submission};
 
 use crate::methods::MethodName;
+use crate::suite::{FRAMES, PIXELS, REPEATS, SIDE_PX};
 
 /// Flies terrain level-of-detail methods over elevation data and compares them.
 #[derive(Debug, Parser)]
@@ -48,7 +51,7 @@ pub struct DemArgs {
     #[arg(long, value_name = "M[,M]", value_parser = parse_spacing)]
     pub spacing: Option<[f64; 2]>,
     /// Metres for one step of the file's values (instead of the sidecar's)
-    #[arg(long, value_name = "M", value_parser = parse_finite)]
+    #[arg(long, value_name = "M", value_parser = parse_finite, allow_hyphen_values = true)]
     pub scale: Option<f64>,
     /// Height in metres of the value 0 (instead of the sidecar's)
     #[arg(long, value_name = "M", value_parser = parse_finite, allow_hyphen_values = true)]
@@ -93,8 +96,13 @@ pub struct AdapterArgs {
 }
 
 impl AdapterArgs {
+    /// Whether any adapter will do.
+    pub fn is_open(&self) -> bool {
+        self.adapter.is_none() && self.backend.is_none()
+    }
+
     pub fn choice(&self) -> AdapterChoice {
-        AdapterChoice { backend: self.backend.clone(), name: self.adapter.clone(), ..Default::default() }
+        AdapterChoice { backend: self.backend.clone(), name: self.adapter.clone() }
     }
 }
 
@@ -130,13 +138,13 @@ pub struct BenchArgs {
     #[arg(long, value_delimiter = ',', value_name = "NAMES")]
     pub methods: Option<Vec<MethodName>>,
     /// Allowed screen-space errors in pixels: tin's setting, and everyone's yardstick
-    #[arg(long, value_delimiter = ',', value_name = "PX", value_parser = parse_positive)]
+    #[arg(long, value_delimiter = ',', value_name = "PX", value_parser = parse_pixels)]
     pub tolerance: Option<Vec<f64>>,
     /// tin: sides of a patch in grid intervals (8, 16, 32, 64)
     #[arg(long, value_delimiter = ',', value_name = "N")]
     pub patch: Option<Vec<u32>>,
     /// htp: longest screen lengths of a triangle's leg in pixels
-    #[arg(long, value_delimiter = ',', value_name = "PX", value_parser = parse_positive)]
+    #[arg(long, value_delimiter = ',', value_name = "PX", value_parser = parse_pixels)]
     pub leg_px: Option<Vec<f64>>,
     #[command(flatten)]
     pub method: MethodArgs,
@@ -144,10 +152,10 @@ pub struct BenchArgs {
     #[arg(long, value_name = "WxH", value_parser = parse_size)]
     pub size: Option<[u32; 2]>,
     /// Frames, evenly over the flight [default: the suite's, or else the flight's own]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    #[arg(long, value_name = "N", value_parser = within(FRAMES))]
     pub frames: Option<u32>,
     /// How often each method flies the speed pass, interleaved
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1000))]
+    #[arg(long, value_name = "N", value_parser = within(REPEATS))]
     pub repeats: Option<u32>,
     #[command(flatten)]
     pub adapter: AdapterArgs,
@@ -172,29 +180,29 @@ pub struct MeshArgs {
     /// The method that makes the mesh
     #[arg(long, value_name = "NAME")]
     pub method: MethodName,
-    /// tin: allowed screen-space error in pixels
-    #[arg(long, value_name = "PX", default_value = "1", value_parser = parse_positive)]
-    pub tolerance: f64,
-    /// tin: side of a patch in grid intervals (8, 16, 32, 64)
-    #[arg(long, value_name = "N", default_value = "32")]
-    pub patch: u32,
-    /// htp: longest screen length of a triangle's leg in pixels
-    #[arg(long, value_name = "PX", default_value = "8", value_parser = parse_positive)]
-    pub leg_px: f64,
+    /// tin: allowed screen-space error in pixels [default: 1]
+    #[arg(long, value_name = "PX", value_parser = parse_pixels)]
+    pub tolerance: Option<f64>,
+    /// tin: side of a patch in grid intervals (8, 16, 32, 64) [default: 32]
+    #[arg(long, value_name = "N")]
+    pub patch: Option<u32>,
+    /// htp: longest screen length of a triangle's leg in pixels [default: 8]
+    #[arg(long, value_name = "PX", value_parser = parse_pixels)]
+    pub leg_px: Option<f64>,
     #[command(flatten)]
     pub settings: MethodArgs,
-    /// A flight in data/flights, or a TOML file
-    #[arg(long, value_name = "FILE", default_value = "ground-level")]
-    pub flight: String,
+    /// A flight in data/flights, or a TOML file [default: ground-level]
+    #[arg(long, value_name = "FILE")]
+    pub flight: Option<String>,
     /// Frames, evenly over the flight, as in bench
-    #[arg(long, value_name = "N", default_value = "120", value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    #[arg(long, value_name = "N", default_value = "120", value_parser = within(FRAMES))]
     pub frames: u32,
     /// The frame whose mesh is written, from 0; the flight is replayed up to it
     #[arg(long, value_name = "N", default_value = "0")]
     pub frame: u32,
-    /// Width and height of the picture in pixels, as in bench
-    #[arg(long, value_name = "WxH", default_value = "640x360", value_parser = parse_size)]
-    pub size: [u32; 2],
+    /// Width and height of the picture in pixels, as in bench [default: 640x360]
+    #[arg(long, value_name = "WxH", value_parser = parse_size)]
+    pub size: Option<[u32; 2]>,
     /// The PLY file to write
     #[arg(long, value_name = "FILE")]
     pub out: PathBuf,
@@ -211,6 +219,15 @@ fn parse_positive(text: &str) -> Result<f64, String> {
     parse_finite(text).ok().filter(|number| *number > 0.0).ok_or_else(|| "expected a number above 0".into())
 }
 
+fn parse_pixels(text: &str) -> Result<f64, String> {
+    let expected = || format!("expected pixels, {:e} to {:e}", PIXELS.start(), PIXELS.end());
+    parse_finite(text).ok().filter(|px| PIXELS.contains(px)).ok_or_else(expected)
+}
+
+fn within(range: RangeInclusive<u32>) -> impl TypedValueParser<Value = u32> {
+    clap::value_parser!(u32).range(*range.start() as i64..=*range.end() as i64)
+}
+
 fn parse_spacing(text: &str) -> Result<[f64; 2], String> {
     let numbers: Result<Vec<f64>, String> = text.split(',').map(parse_positive).collect();
     match numbers.as_deref() {
@@ -223,7 +240,7 @@ fn parse_spacing(text: &str) -> Result<[f64; 2], String> {
 fn parse_size(text: &str) -> Result<[u32; 2], String> {
     let sides = text.split_once('x').and_then(|(w, h)| Some([w.parse().ok()?, h.parse().ok()?]));
     sides
-        .filter(|sides: &[u32; 2]| sides.iter().all(|side| (1..=16_384).contains(side)))
+        .filter(|sides: &[u32; 2]| sides.iter().all(|side| SIDE_PX.contains(side)))
         .ok_or_else(|| "expected width x height in pixels, such as 640x360, each 1 to 16384".into())
 }
 

@@ -9,6 +9,7 @@ use terrain_core::{FramePlan, MeshMirror};
 use terrain_renderer::{Look, Renderer};
 
 use crate::fault::{Cause, Fault};
+use crate::interrupt;
 use crate::methods::Run;
 use crate::suite::Bench;
 
@@ -57,7 +58,8 @@ fn estimate(bench: &Bench, run: &Run, renderer: &mut Option<Renderer>) -> Result
     let (mut error_time, mut speed_time) = (Duration::ZERO, Duration::ZERO);
     let middle = bench.path.len() / 2;
     for frame in [middle.saturating_sub(1), middle] {
-        let view = bench.path.view(frame, bench.suite.size_px).map_err(|e| Fault::new(Cause::BadInput, e))?;
+        interrupt::check()?;
+        let view = bench.view(frame)?;
         let start = Instant::now();
         method.plan(&view, &mut plan);
         if let (Some(renderer), Some(buffers)) = (renderer.as_mut(), buffers.as_mut()) {

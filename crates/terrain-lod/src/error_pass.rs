@@ -1,16 +1,16 @@
 //! The error pass: the mirror flies, no GPU, no clock. What it counts and measures is the same every time.
 
-use std::panic::{AssertUnwindSafe, catch_unwind};
-
 use rayon::prelude::*;
 use serde::Serialize;
 use terrain_core::error::{ErrorDistribution, ErrorOracle};
 use terrain_core::watertight::{WatertightOracle, Watertightness};
-use terrain_core::{FramePlan, FrameStats, MeshMirror};
+use terrain_core::{FramePlan, FrameStats, Heightmap, MeshMirror, View};
 
+use crate::attempt::attempt;
 use crate::fault::{Cause, Fault};
 use crate::interrupt;
 use crate::methods::Run;
+use crate::output::tidy;
 use crate::progress::Progress;
 use crate::suite::Bench;
 
@@ -26,16 +26,16 @@ pub struct ErrorFrame {
     pub upload_bytes: u64,
     pub index_bytes_used: u64,
     pub updated_patches: u64,
-    /// DEM samples in view.
+    /// DEM samples in view. Without any the errors are empty.
     pub samples: u64,
-    pub error_px_max: f64,
-    pub error_px_p999: f64,
-    pub error_px_p99: f64,
-    pub error_px_p95: f64,
-    pub error_px_rms: f64,
+    pub error_px_max: Option<f64>,
+    pub error_px_p999: Option<f64>,
+    pub error_px_p99: Option<f64>,
+    pub error_px_p95: Option<f64>,
+    pub error_px_rms: Option<f64>,
     /// Share of the samples in view above the first tolerance.
-    pub over_tolerance_share: f64,
-    pub error_m_max: f64,
+    pub over_tolerance_share: Option<f64>,
+    pub error_m_max: Option<f64>,
     pub cracks: u64,
 }
 
@@ -48,23 +48,8 @@ pub struct ErrorFlight {
 }
 
 /// Flies all runs, on all cores. A run that fails yields its reason.
-pub fn fly_all(bench: &Bench, progress: &Progress) -> Result<Vec<Result<ErrorFlight, String>>, Fault> {
-    let fly_one = |run: &Run| outcome(catch_unwind(AssertUnwindSafe(|| fly(bench, run, progress))));
-    bench.runs.par_iter().map(fly_one).collect()
-}
-
-/// A failure or a panic of one run becomes the text of its row; Ctrl-C ends them all.
-pub fn outcome<T>(result: std::thread::Result<Result<T, Fault>>) -> Result<Result<T, String>, Fault> {
-    match result {
-        Ok(Ok(flight)) => Ok(Ok(flight)),
-        Ok(Err(fault)) if fault.cause == Cause::Interrupted => Err(fault),
-        Ok(Err(fault)) => Ok(Err(fault.to_string())),
-        Err(panic) => {
-            let text = panic.downcast_ref::<String>().cloned();
-            let text = text.or_else(|| panic.downcast_ref::<&str>().map(|s| s.to_string()));
-            Ok(Err(format!("panicked: {}", text.unwrap_or_default().replace('\n', " "))))
-        }
-    }
+pub fn fly_all(bench: &Bench, progress: &Progress) -> Result<Vec<Result<ErrorFlight, Fault>>, Fault> {
+    bench.runs.par_iter().map(|run| attempt(|| fly(bench, run, progress))).collect()
 }
 
 fn fly(bench: &Bench, run: &Run, progress: &Progress) -> Result<ErrorFlight, Fault> {
@@ -76,7 +61,7 @@ fn fly(bench: &Bench, run: &Run, progress: &Progress) -> Result<ErrorFlight, Fau
     let mut frames = Vec::with_capacity(bench.path.len() as usize);
     for frame in 0..bench.path.len() {
         interrupt::check()?;
-        let view = bench.path.view(frame, bench.suite.size_px).map_err(|e| Fault::new(Cause::BadInput, e))?;
+        let view = bench.view(frame)?;
         method.plan(&view, &mut plan);
         frames.push(judge.judge(frame, &view, &plan)?);
         progress.step();
@@ -86,6 +71,7 @@ fn fly(bench: &Bench, run: &Run, progress: &Progress) -> Result<ErrorFlight, Fau
 
 /// The mirror and the oracles of one run.
 struct Judge<'a> {
+    heightmap: &'a Heightmap,
     mirror: MeshMirror<'a>,
     watertight: WatertightOracle,
     /// As of the last change of the mesh.
@@ -99,6 +85,7 @@ impl<'a> Judge<'a> {
     fn new(bench: &'a Bench, run: &Run, mirror: MeshMirror<'a>) -> Self {
         let tolerances: Vec<f32> = bench.suite.tolerances_of(run).iter().map(|t| *t as f32).collect();
         Self {
+            heightmap: &bench.dem.heightmap,
             mirror,
             watertight: WatertightOracle::new(bench.dem.heightmap.columns(), bench.dem.heightmap.rows()),
             topology: Watertightness::default(),
@@ -108,7 +95,7 @@ impl<'a> Judge<'a> {
         }
     }
 
-    fn judge(&mut self, frame: u32, view: &terrain_core::View, plan: &FramePlan) -> Result<ErrorFrame, Fault> {
+    fn judge(&mut self, frame: u32, view: &View, plan: &FramePlan) -> Result<ErrorFrame, Fault> {
         let changed = self.mirror.replay(plan).map_err(|e| Fault::new(Cause::Failure, e))?;
         if changed {
             self.topology = self.watertight.check(self.mirror.triangles(), self.mirror.degenerate());
@@ -117,8 +104,11 @@ impl<'a> Judge<'a> {
         self.frame.clear();
         self.oracle.measure(view, &mut self.frame);
         self.flight.merge(&self.frame);
+        // Culling may only leave out what is out of view, and no sample in view may be without a triangle over it.
+        let holes = self.watertight.open_edges_in_view(self.heightmap, view);
         let stats = FrameStats::of(plan);
-        let percentile = |share| tidy(self.frame.percentile_px(share).into());
+        let measured = |value: f64| (self.frame.samples() > 0).then(|| tidy(value));
+        let percentile = |share| measured(self.frame.percentile_px(share).into());
         Ok(ErrorFrame {
             frame,
             eye_x_m: tidy(view.eye_world.x),
@@ -130,20 +120,14 @@ impl<'a> Judge<'a> {
             index_bytes_used: stats.index_bytes_used,
             updated_patches: stats.updated_patches,
             samples: self.frame.samples(),
-            error_px_max: tidy(self.frame.max_px().into()),
+            error_px_max: measured(self.frame.max_px().into()),
             error_px_p999: percentile(0.999),
             error_px_p99: percentile(0.99),
             error_px_p95: percentile(0.95),
-            error_px_rms: tidy(self.frame.rms_px()),
-            over_tolerance_share: tidy(self.frame.over_share(0)),
-            error_m_max: tidy(self.frame.max_m().into()),
-            // A sample in view without a triangle over it is a hole.
-            cracks: self.topology.cracks() + self.frame.uncovered(),
+            error_px_rms: measured(self.frame.rms_px()),
+            over_tolerance_share: measured(self.frame.over_share(0)),
+            error_m_max: measured(self.frame.max_m().into()),
+            cracks: self.topology.cracks() + holes + self.frame.uncovered(),
         })
     }
-}
-
-/// Six decimals: more than any of these numbers means, and the same text on every machine.
-pub fn tidy(number: f64) -> f64 {
-    (number * 1e6).round() / 1e6
 }

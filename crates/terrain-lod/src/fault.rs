@@ -3,7 +3,7 @@
 use std::fmt::{self, Display};
 use std::path::Path;
 
-use terrain_core::FlightError;
+use terrain_core::{FlightError, ViewError};
 use terrain_dem::DemError;
 use terrain_renderer::RenderError;
 
@@ -26,7 +26,7 @@ pub enum Cause {
 }
 
 /// An error that has reached the user.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct Fault {
     pub cause: Cause,
     message: String,
@@ -60,6 +60,12 @@ impl Fault {
 impl Display for Fault {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(&self.message)
+    }
+}
+
+impl From<ViewError> for Fault {
+    fn from(error: ViewError) -> Self {
+        Self::new(Cause::BadInput, error)
     }
 }
 

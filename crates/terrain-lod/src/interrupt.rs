@@ -6,10 +6,14 @@ use crate::fault::{Cause, Fault};
 
 static ASKED: AtomicBool = AtomicBool::new(false);
 
-/// From now on Ctrl-C only asks; [`check`] answers.
+/// From now on the first Ctrl-C only asks, and [`check`] answers; the second ends the program at once.
 pub fn listen() {
     // Without a handler Ctrl-C ends the process at once, which is harmless: results are marked until complete.
-    let _ = ctrlc::set_handler(|| ASKED.store(true, Ordering::Relaxed));
+    let _ = ctrlc::set_handler(|| {
+        if ASKED.swap(true, Ordering::Relaxed) {
+            std::process::exit(Cause::Interrupted as i32);
+        }
+    });
 }
 
 /// An error once Ctrl-C was pressed.

@@ -5,9 +5,10 @@ use std::process::Command;
 use serde::Serialize;
 use sha2::{Digest, Sha256};
 use sysinfo::System;
-use terrain_core::Heightmap;
+use terrain_core::{FlightPath, Heightmap};
 use terrain_renderer::Renderer;
 
+use crate::output::tidy;
 use crate::suite::{Bench, Suite};
 
 #[derive(Serialize)]
@@ -41,6 +42,8 @@ pub struct Machine<'a> {
     pub flight: &'a str,
     pub flight_sha256: String,
     pub frames: u32,
+    pub fov_y_deg: f64,
+    pub near_m: f64,
     pub suite: &'a str,
     /// How the draws were really sent; `None` without a GPU.
     pub submission: Option<String>,
@@ -82,6 +85,8 @@ impl<'a> Machine<'a> {
             flight: &bench.flight_name,
             flight_sha256: flight_checksum(bench),
             frames: bench.path.len(),
+            fov_y_deg: tidy(bench.path.fov_y().to_degrees()),
+            near_m: FlightPath::NEAR_M,
             suite: &bench.suite_name,
             submission: renderer.map(|renderer| format!("{:?}", renderer.submission())),
             options: &bench.suite,
@@ -94,7 +99,7 @@ fn cpu_name(system: Option<&System>) -> String {
     first.map_or_else(|| "unknown".into(), |cpu| cpu.brand().trim().into())
 }
 
-/// What git says about the sources that this program was built from; nothing where they are gone.
+/// What git says now about the checkout that this program was built in; xtask has just built it. Nothing where it is gone.
 fn git(arguments: &[&str]) -> Option<String> {
     let output = Command::new("git").current_dir(env!("CARGO_MANIFEST_DIR")).args(arguments).output().ok()?;
     output.status.success().then(|| String::from_utf8_lossy(&output.stdout).trim().to_string())
@@ -110,9 +115,10 @@ fn dem_checksum(heightmap: &Heightmap) -> String {
     hex(&hash.finalize())
 }
 
-/// SHA-256 over all cameras of the flight on this DEM.
+/// SHA-256 over all cameras of the flight on this DEM, and their lens.
 fn flight_checksum(bench: &Bench) -> String {
     let mut hash = Sha256::new();
+    [bench.path.fov_y(), FlightPath::NEAR_M].iter().for_each(|number| hash.update(number.to_le_bytes()));
     for camera in (0..bench.path.len()).map(|frame| bench.path.camera(frame)) {
         let numbers = [camera.eye_world.x, camera.eye_world.y, camera.eye_world.z, camera.heading, camera.pitch];
         numbers.iter().for_each(|n| hash.update(n.to_le_bytes()));

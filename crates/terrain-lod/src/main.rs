@@ -1,5 +1,6 @@
 //! The program `terrain-lod`: flies terrain level-of-detail methods over elevation data and compares them.
 
+mod attempt;
 mod bench;
 mod cli;
 mod dry_run;
@@ -21,6 +22,7 @@ mod table;
 use std::process::ExitCode;
 
 use clap::Parser;
+use clap::error::ErrorKind;
 
 use crate::cli::{Cli, Command};
 use crate::fault::{Cause, Fault};
@@ -49,6 +51,10 @@ fn refuse(error: &clap::Error) -> ExitCode {
     if !error.use_stderr() {
         print!("{error}");
         return ExitCode::SUCCESS;
+    }
+    if error.kind() == ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand {
+        eprintln!("error: no command; expected bench, mesh or adapters; --help has examples");
+        return ExitCode::from(Cause::Usage as u8);
     }
     let text = error.to_string();
     let lines: Vec<&str> = text.lines().map(str::trim).take_while(|line| !line.starts_with("Usage:")).collect();

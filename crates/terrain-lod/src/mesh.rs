@@ -1,18 +1,16 @@
 //! `mesh`: what one frame draws, with nothing culled, as a PLY file.
 
-use std::sync::Arc;
-
 use serde::Serialize;
-use terrain_core::{FlightPath, FramePlan, Heightmap, MeshMirror, Triangle, View};
+use terrain_core::{FramePlan, Heightmap, MeshMirror, Triangle};
 use terrain_dem::{write_atomically, write_ply};
+use terrain_renderer::Submission;
 
 use crate::cli::MeshArgs;
-use crate::error_pass::tidy;
 use crate::fault::{Cause, Fault};
-use crate::methods::{Run, Settings};
-use crate::output::print;
+use crate::output::{print, tidy};
 use crate::progress::Progress;
-use crate::suite::open_flight;
+use crate::results::probe_parent;
+use crate::suite::{Bench, Suite, override_with};
 
 /// The line on stdout: the camera that the mesh is made for, and the size of the mesh.
 #[derive(Serialize)]
@@ -30,61 +28,55 @@ struct MeshLine {
 }
 
 pub fn run(args: &MeshArgs) -> Result<(), Fault> {
-    let dem = terrain_dem::open(args.dem.dem.as_deref().unwrap_or("jacksboro"), &args.dem.read_options())?;
-    let heightmap = dem.heightmap;
     if args.frame >= args.frames {
-        let message =
-            format!("frame {} of a flight of {} frames: expected 0 to {}", args.frame, args.frames, args.frames - 1);
-        return Err(Fault::usage(message));
+        let last = args.frames - 1;
+        return Err(Fault::usage(format!("frame {} of {} frames: expected 0 to {last}", args.frame, args.frames)));
     }
-    let path = FlightPath::new(&open_flight(&args.flight)?, &heightmap, args.frames)?;
-    let run = Run { method: args.method, settings: settings(args) };
-    let (view, triangles) = replay(&run, &heightmap, &path, args)?;
-    let (vertices, faces) = share_vertices(&heightmap, &triangles);
+    let bench = Bench::new("mesh", suite(args), &args.dem.read_options(), Submission::Direct)?;
+    probe_parent(&args.out)?;
+    let triangles = replay(&bench, args.frame)?;
+    let (vertices, faces) = share_vertices(&bench.dem.heightmap, &triangles);
     write_atomically(&args.out, |file| write_ply(file, &vertices, &faces)).map_err(|e| Fault::write(&args.out, e))?;
+    let view = bench.view(args.frame)?;
     let line = MeshLine {
         eye: view.eye_world.to_array(),
         clip_from_world: view.clip_from_world.to_cols_array(),
         fov_y: tidy(view.fov_y.to_degrees()),
-        width: args.size[0],
-        height: args.size[1],
+        width: view.size_px[0],
+        height: view.size_px[1],
         triangles: faces.len(),
         vertices: vertices.len(),
     };
     print(&(serde_json::to_string(&line).expect("numbers become JSON") + "\n"))
 }
 
-fn settings(args: &MeshArgs) -> Settings {
-    Settings {
-        tolerance_px: args.tolerance,
-        patch: args.patch,
-        max_spacing: args.settings.max_spacing,
-        leg_px: args.leg_px,
-        k: args.settings.k.unwrap_or(3),
-        layers: args.settings.layers.unwrap_or(3),
-        threads: args.settings.threads.unwrap_or(1).into(),
-        culling: false,
-    }
+/// A suite of one run.
+fn suite(args: &MeshArgs) -> Suite {
+    let mut suite = Suite { methods: vec![args.method], frames: Some(args.frames), ..Default::default() };
+    override_with(&mut suite.dem, &args.dem.dem);
+    override_with(&mut suite.flight, &args.flight);
+    override_with(&mut suite.tolerance_px, &args.tolerance.map(|px| vec![px]));
+    override_with(&mut suite.patch, &args.patch.map(|patch| vec![patch]));
+    override_with(&mut suite.leg_px, &args.leg_px.map(|px| vec![px]));
+    override_with(&mut suite.size_px, &args.size);
+    suite.override_settings(&args.settings);
+    suite
 }
 
-/// Flies up to the frame: what a frame draws may depend on the frames before.
-fn replay(
-    run: &Run,
-    heightmap: &Arc<Heightmap>,
-    path: &FlightPath,
-    args: &MeshArgs,
-) -> Result<(View, Vec<Triangle>), Fault> {
-    let mut method = run.build(heightmap)?;
-    let mut mirror = MeshMirror::new(&method.buffers(), heightmap);
+/// Flies up to the frame as the bench does, since what a frame draws may depend on the frames before; then plans it once
+/// more with culling off.
+fn replay(bench: &Bench, last: u32) -> Result<Vec<Triangle>, Fault> {
+    let mut method = bench.runs[0].build(&bench.dem.heightmap)?;
+    let mut mirror = MeshMirror::new(&method.buffers(), &bench.dem.heightmap);
     let mut plan = FramePlan::default();
-    let view_at = |frame| path.view(frame, args.size).map_err(|e| Fault::new(Cause::BadInput, e));
-    let progress = Progress::new("replay", args.frame as u64 + 1);
-    for frame in 0..=args.frame {
-        method.plan(&view_at(frame)?, &mut plan);
+    let progress = Progress::new("replay", last as u64 + 1);
+    for (frame, culling) in (0..=last).map(|frame| (frame, true)).chain([(last, false)]) {
+        method.set_culling(culling);
+        method.plan(&bench.view(frame)?, &mut plan);
         mirror.replay(&plan).map_err(|e| Fault::new(Cause::Failure, e))?;
         progress.step();
     }
-    Ok((view_at(args.frame)?, mirror.triangles().to_vec()))
+    Ok(mirror.triangles().to_vec())
 }
 
 /// World positions in metres of the samples in use, each once, and the triangles over them.

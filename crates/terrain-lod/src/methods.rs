@@ -19,7 +19,7 @@ pub enum MethodName {
     Tin,
     /// Hierarchical triangular patches, one draw a patch (after Lim and Choi 2008)
     Htp,
-    /// The same patches in at most 8 instanced draws
+    /// The same patches in at most 7 instanced draws
     HtpInstanced,
     /// Every sample in one draw: the reference
     FullGrid,
@@ -54,8 +54,6 @@ pub struct Settings {
     pub layers: u32,
     /// Threads that a method may plan on.
     pub threads: usize,
-    /// Whether patches out of sight are left out.
-    pub culling: bool,
 }
 
 /// One method with its settings.
@@ -94,13 +92,13 @@ impl Run {
     }
 
     fn tin_options(&self) -> tin_lod::Options {
-        let Settings { patch, tolerance_px, max_spacing, threads, culling, .. } = self.settings;
-        tin_lod::Options { patch, tolerance_px, max_spacing, threads, culling }
+        let Settings { patch, tolerance_px, max_spacing, threads, .. } = self.settings;
+        tin_lod::Options { patch, tolerance_px, max_spacing, threads }
     }
 
     fn htp_options(&self, batching: Batching) -> htp_lod::Options {
-        let Settings { k, layers, leg_px, culling, .. } = self.settings;
-        htp_lod::Options { k, layers, leg_px, batching, culling }
+        let Settings { k, layers, leg_px, .. } = self.settings;
+        htp_lod::Options { k, layers, leg_px, batching }
     }
 
     /// Whether the tolerance in pixels is a setting of this method. To the others it is a yardstick only.

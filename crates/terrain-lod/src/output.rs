@@ -4,6 +4,11 @@ use std::io::{ErrorKind, Write};
 
 use crate::fault::{Cause, Fault};
 
+/// Six decimals: more than any of our numbers means, and the same text on every machine.
+pub fn tidy(number: f64) -> f64 {
+    (number * 1e6).round() / 1e6
+}
+
 /// Prints a text. A reader that has seen enough (`| head`) is no failure.
 pub fn print(text: &str) -> Result<(), Fault> {
     match std::io::stdout().lock().write_all(text.as_bytes()) {

@@ -19,20 +19,20 @@ impl Results {
     /// Whether a folder can take results: it is new or empty, and can be written to. Leaves nothing behind.
     pub fn check(folder: &Path) -> Result<(), Fault> {
         refuse_occupied(folder)?;
-        let existing = folder.ancestors().find(|f| f.is_dir()).map(Path::to_path_buf).unwrap_or_else(|| ".".into());
-        let probe = existing.join(format!(".terrain-lod-{}", std::process::id()));
-        fs::write(&probe, "").and_then(|()| fs::remove_file(&probe)).map_err(|e| Fault::write(folder, e))
+        // Of a new folder's ancestors the nearest that is there decides.
+        let existing = folder.ancestors().find(|f| f.is_dir()).unwrap_or(Path::new("."));
+        probe(existing).map_err(|e| Fault::write(folder, e))
     }
 
     /// Makes the folder, its subfolders and the marker.
     pub fn create(folder: &Path) -> Result<Self, Fault> {
         refuse_occupied(folder)?;
         let results = Self { folder: folder.to_path_buf() };
-        for part in ["frames", "shots"] {
-            let path = folder.join(part);
-            fs::create_dir_all(&path).map_err(|e| Fault::write(&path, e))?;
-        }
+        let make = |path: &Path| fs::create_dir_all(path).map_err(|e| Fault::write(path, e));
+        make(folder)?;
         results.write_text(MARKER, "This run has not finished: do not trust what stands here.\n")?;
+        make(&results.path("frames"))?;
+        make(&results.path("shots"))?;
         Ok(results)
     }
 
@@ -64,6 +64,17 @@ impl Results {
         fs::remove_file(&marker).map_err(|e| Fault::write(&marker, e))?;
         Ok(self.folder)
     }
+}
+
+/// Whether a file can be written at this path: before long work, not after. Leaves nothing behind.
+pub fn probe_parent(path: &Path) -> Result<(), Fault> {
+    let parent = path.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    probe(parent).map_err(|e| Fault::write(path, e))
+}
+
+fn probe(folder: &Path) -> std::io::Result<()> {
+    let probe = folder.join(format!(".terrain-lod-{}", std::process::id()));
+    fs::write(&probe, "").and_then(|()| fs::remove_file(&probe))
 }
 
 fn refuse_occupied(folder: &Path) -> Result<(), Fault> {

@@ -25,7 +25,7 @@ pub fn take(
     let moments = moments(bench.path.len());
     for frame in 0..=moments[2] {
         interrupt::check()?;
-        let view = bench.path.view(frame, bench.suite.size_px).map_err(|e| Fault::new(Cause::BadInput, e))?;
+        let view = bench.view(frame)?;
         method.plan(&view, &mut plan);
         if moments.contains(&frame) {
             let stem = folder.join(format!("{}-frame{frame:04}", run.file_stem()));

@@ -2,7 +2,6 @@
 //!
 //! Methods take turns (A B C, A B C, ...), so that a slow spell of the machine hits all of them.
 
-use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::time::{Duration, Instant};
 
 use cpu_time::ProcessTime;
@@ -10,8 +9,8 @@ use serde::Serialize;
 use terrain_core::{FramePlan, View, WorkReport};
 use terrain_renderer::{FrameTimes, Look, MethodBuffers, Renderer};
 
-use crate::error_pass::outcome;
-use crate::fault::{Cause, Fault};
+use crate::attempt::attempt;
+use crate::fault::Fault;
 use crate::interrupt;
 use crate::methods::Run;
 use crate::progress::Progress;
@@ -42,20 +41,27 @@ pub struct SpeedFrame {
     pub draw_calls: Option<u32>,
 }
 
-/// Flies all runs in turn, `repeats` times. A run that fails yields its reason and is left out from then on.
+/// The frames of one run so far, or why it failed.
+pub type SpeedFlights = Result<Vec<SpeedFrame>, Fault>;
+
+/// Flies all runs in turn, `repeats` times, and passes on what a run has so far after each of its flights. A run that
+/// fails is left out from then on.
 pub fn fly_all(
     bench: &Bench,
     renderer: &mut Option<Renderer>,
     progress: &Progress,
-) -> Result<Vec<Result<Vec<SpeedFrame>, String>>, Fault> {
-    let mut flights: Vec<Result<Vec<SpeedFrame>, String>> = bench.runs.iter().map(|_| Ok(Vec::new())).collect();
+    mut keep: impl FnMut(&Run, &[SpeedFrame]) -> Result<(), Fault>,
+) -> Result<Vec<SpeedFlights>, Fault> {
+    let mut flights: Vec<SpeedFlights> = bench.runs.iter().map(|_| Ok(Vec::new())).collect();
     for repeat in 0..bench.suite.repeats {
         for (run, flight) in bench.runs.iter().zip(&mut flights) {
             let Ok(frames) = flight else { continue };
-            let flown = catch_unwind(AssertUnwindSafe(|| fly(bench, run, repeat, renderer, progress)));
-            match outcome(flown)? {
-                Ok(more) => frames.extend(more),
-                Err(reason) => *flight = Err(reason),
+            match attempt(|| fly(bench, run, repeat, renderer, progress))? {
+                Ok(more) => {
+                    frames.extend(more);
+                    keep(run, frames)?;
+                }
+                Err(fault) => *flight = Err(fault),
             }
         }
     }
@@ -75,18 +81,19 @@ fn fly(
     let mut frames = Vec::with_capacity(bench.path.len() as usize);
     for frame in 0..bench.path.len() {
         interrupt::check()?;
-        let view = bench.path.view(frame, bench.suite.size_px).map_err(|e| Fault::new(Cause::BadInput, e))?;
+        let view = bench.view(frame)?;
         let (cpu, start) = (ProcessTime::now(), Instant::now());
         method.plan(&view, &mut plan);
         let plan_time = start.elapsed();
         let times = draw(renderer, &mut buffers, &view, &plan)?;
-        let (frame_time, cpu_time) = (start.elapsed(), cpu.elapsed());
+        let cpu_time = cpu.elapsed();
         let work = |stage: fn(&WorkReport) -> Duration| ms(plan.work.iter().map(stage).sum());
         frames.push(SpeedFrame {
             repeat,
             frame,
             warm_up: frame < bench.warm_up,
-            frame_ms: times.map(|_| ms(frame_time)),
+            // Reading the GPU's clock comes after the frame and is not part of it.
+            frame_ms: times.map(|t| ms(plan_time + t.upload + t.encode + t.submit + t.wait)),
             plan_ms: ms(plan_time),
             update_ms: work(|w| w.update),
             select_ms: work(|w| w.select),

@@ -1,14 +1,16 @@
 //! What a bench flies: a suite, which is a TOML file, and the flags that override it.
 
+use std::ops::RangeInclusive;
 use std::path::Path;
 
 use serde::{Deserialize, Serialize};
+use terrain_core::flight;
 use terrain_core::source::SourceText;
-use terrain_core::{Flight, FlightPath};
-use terrain_dem::Dem;
+use terrain_core::{Flight, FlightPath, View};
+use terrain_dem::{Dem, ReadOptions};
 use terrain_renderer::Submission;
 
-use crate::cli::BenchArgs;
+use crate::cli::{BenchArgs, MethodArgs};
 use crate::fault::{Cause, Fault};
 use crate::methods::{MethodName, Run, Settings};
 
@@ -17,6 +19,17 @@ const BUILT_IN: [(&str, &str); 2] = [
     ("quick", include_str!("../../../data/suites/quick.toml")),
     ("smoke", include_str!("../../../data/suites/smoke.toml")),
 ];
+
+/// What lengths on the screen can mean anything.
+pub const PIXELS: RangeInclusive<f64> = 1e-6..=1e6;
+/// Pixels along one side of the picture.
+pub const SIDE_PX: RangeInclusive<u32> = 1..=16_384;
+/// Frames of one flight.
+pub const FRAMES: RangeInclusive<u32> = 1..=1_000_000;
+/// Flights of the speed pass.
+pub const REPEATS: RangeInclusive<u32> = 1..=1_000;
+/// Threads of a method.
+pub const THREADS: RangeInclusive<u32> = 1..=256;
 
 /// A suite file. What it leaves out has the default of the flag with the same name.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -82,7 +95,8 @@ impl Suite {
         let (place, text) = match BUILT_IN.iter().find(|suite| suite.0 == name) {
             Some((name, text)) => (name.to_string(), text.to_string()),
             None => {
-                let expected = "a suite file, or one of the built-in suites quick, smoke";
+                let built_in: Vec<&str> = BUILT_IN.iter().map(|suite| suite.0).collect();
+                let expected = &format!("a suite file, or one of the built-in suites {}", built_in.join(", "));
                 let text = std::fs::read_to_string(name).map_err(|e| Fault::read(Path::new(name), &e, expected))?;
                 (name.into(), text)
             }
@@ -100,14 +114,43 @@ impl Suite {
         override_with(&mut suite.tolerance_px, &args.tolerance);
         override_with(&mut suite.patch, &args.patch);
         override_with(&mut suite.leg_px, &args.leg_px);
-        override_with(&mut suite.k, &args.method.k);
-        override_with(&mut suite.layers, &args.method.layers);
-        override_with(&mut suite.threads, &args.method.threads);
         override_with(&mut suite.size_px, &args.size);
         override_with(&mut suite.repeats, &args.repeats);
         suite.frames = args.frames.or(suite.frames);
-        suite.max_spacing = args.method.max_spacing.or(suite.max_spacing);
+        suite.tolerance_px = without_repeats(suite.tolerance_px);
+        suite.override_settings(&args.method);
         Ok(suite)
+    }
+
+    /// Takes the settings that are given on the command line.
+    pub fn override_settings(&mut self, args: &MethodArgs) {
+        override_with(&mut self.k, &args.k);
+        override_with(&mut self.layers, &args.layers);
+        override_with(&mut self.threads, &args.threads);
+        self.max_spacing = args.max_spacing.or(self.max_spacing);
+    }
+
+    /// What the command line checks flag by flag, a suite file must keep as well.
+    fn validate(&self) -> Result<(), String> {
+        let within = |name: &str, value: u32, range: RangeInclusive<u32>| match range.contains(&value) {
+            true => Ok(()),
+            false => Err(format!("{name} = {value}; expected {} to {}", range.start(), range.end())),
+        };
+        let pixels = |name: &str, list: &[f64]| match list.iter().find(|px| !PIXELS.contains(*px)) {
+            Some(px) => Err(format!("{name} = {px}; expected {:e} to {:e}", PIXELS.start(), PIXELS.end())),
+            None if list.is_empty() => Err(format!("{name} is empty; expected at least one")),
+            None => Ok(()),
+        };
+        if self.methods.is_empty() || self.patch.is_empty() {
+            return Err("methods or patch is empty; expected at least one of each".into());
+        }
+        pixels("tolerance_px", &self.tolerance_px)?;
+        pixels("leg_px", &self.leg_px)?;
+        within("size_px", self.size_px[0], SIDE_PX)?;
+        within("size_px", self.size_px[1], SIDE_PX)?;
+        within("frames", self.frames.unwrap_or(1), FRAMES)?;
+        within("repeats", self.repeats, REPEATS)?;
+        within("threads", self.threads.into(), THREADS)
     }
 
     /// One run for each method and each value of its own settings, in the order of the lists.
@@ -133,7 +176,7 @@ impl Suite {
 
     fn settings(&self, tolerance_px: f64, patch: u32, leg_px: f64) -> Settings {
         let (max_spacing, k, layers, threads) = (self.max_spacing, self.k, self.layers, self.threads.into());
-        Settings { tolerance_px, patch, max_spacing, leg_px, k, layers, threads, culling: true }
+        Settings { tolerance_px, patch, max_spacing, leg_px, k, layers, threads }
     }
 
     /// The tolerances that a run has a row for: its own, or all of them as yardsticks.
@@ -142,7 +185,14 @@ impl Suite {
     }
 }
 
-fn override_with<T: Clone>(value: &mut T, flag: &Option<T>) {
+/// The list with the first of each value.
+fn without_repeats(list: Vec<f64>) -> Vec<f64> {
+    let is_first = |(i, value): &(usize, &f64)| !list[..*i].contains(value);
+    list.iter().enumerate().filter(is_first).map(|(_, value)| *value).collect()
+}
+
+/// Takes the flag's value where the flag is given.
+pub fn override_with<T: Clone>(value: &mut T, flag: &Option<T>) {
     if let Some(flag) = flag {
         value.clone_from(flag);
     }
@@ -153,7 +203,8 @@ pub fn open_flight(spec: &str) -> Result<Flight, Fault> {
     if let Some(flight) = Flight::built_in(spec) {
         return Ok(flight);
     }
-    let expected = "a flight file, or one of the built-in flights ground-level, fly-over, turn, stop-and-go";
+    let built_in: Vec<&str> = flight::BUILT_IN.iter().map(|flight| flight.0).collect();
+    let expected = &format!("a flight file, or one of the built-in flights {}", built_in.join(", "));
     let text = std::fs::read_to_string(spec).map_err(|e| Fault::read(Path::new(spec), &e, expected))?;
     Ok(Flight::parse(spec, &text)?)
 }
@@ -172,25 +223,37 @@ pub struct Bench {
 }
 
 impl Bench {
-    /// Reads and checks DEM, flight and settings.
+    /// The suite that the command line names.
     pub fn from_args(args: &BenchArgs) -> Result<Self, Fault> {
-        let suite = Suite::from_args(args)?;
+        let submission = args.submission.map_or(Submission::Direct, Submission::from);
+        Self::new(&args.suite, Suite::from_args(args)?, &args.dem.read_options(), submission)
+    }
+
+    /// Reads and checks DEM, flight and settings.
+    pub fn new(suite_name: &str, suite: Suite, read: &ReadOptions, submission: Submission) -> Result<Self, Fault> {
+        let refuse = |reason| Fault::new(Cause::BadInput, format_args!("suite {suite_name}: {reason}"));
+        suite.validate().map_err(refuse)?;
         let runs = suite.runs()?;
         let flight = open_flight(&suite.flight)?;
-        let dem = terrain_dem::open(&suite.dem, &args.dem.read_options())?;
+        let dem = terrain_dem::open(&suite.dem, read)?;
         let frames = suite.frames.unwrap_or_else(|| flight.default_frames());
         let path = FlightPath::new(&flight, &dem.heightmap, frames)?;
         Ok(Self {
-            suite_name: suite_stem(&args.suite),
+            suite_name: suite_stem(suite_name),
             runs,
             dem,
             flight_name: flight.name().to_string(),
             path,
             // A short flight still has frames to time.
             warm_up: suite.warm_up.min(frames / 2),
-            submission: args.submission.map_or(Submission::Direct, Submission::from),
+            submission,
             suite,
         })
+    }
+
+    /// The view of one frame.
+    pub fn view(&self, frame: u32) -> Result<View, Fault> {
+        Ok(self.path.view(frame, self.suite.size_px)?)
     }
 }
 

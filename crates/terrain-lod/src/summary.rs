@@ -2,8 +2,9 @@
 
 use serde::Serialize;
 
-use crate::error_pass::{ErrorFlight, ErrorFrame, tidy};
+use crate::error_pass::{ErrorFlight, ErrorFrame};
 use crate::methods::Run;
+use crate::output::tidy;
 use crate::speed_pass::SpeedFrame;
 use crate::suite::Bench;
 
@@ -48,11 +49,17 @@ pub struct SummaryRow {
     pub cracks: Option<u64>,
     pub err: String,
     pub flight: String,
+    /// Vertical field of view.
+    pub fov_y_deg: f64,
     pub dem_columns: u32,
     pub dem_rows: u32,
     pub error_px_p999: Option<f64>,
     pub error_px_p95: Option<f64>,
     pub plan_ms_p99: Option<f64>,
+    /// DEM samples in view.
+    pub samples_mean: Option<f64>,
+    /// Frames that see no sample: they have no error and cost nothing.
+    pub frames_without_samples: Option<u64>,
     pub first_upload_bytes: Option<u64>,
     pub updated_patches_mean: Option<f64>,
     pub threads: usize,
@@ -70,26 +77,19 @@ pub struct Surroundings {
     pub load_average: f64,
 }
 
-/// The rows of one run: one for each of its tolerances.
+/// The rows of one run, one for each of its tolerances, with what was measured.
 pub fn rows(
     bench: &Bench,
     run: &Run,
     surroundings: &Surroundings,
-    errors: &Result<ErrorFlight, String>,
-    speed: &Result<Vec<SpeedFrame>, String>,
+    errors: Option<&ErrorFlight>,
+    speed: Option<&[SpeedFrame]>,
 ) -> Vec<SummaryRow> {
     let tolerances = bench.suite.tolerances_of(run);
     let row = |(i, tolerance_px): (usize, &f64)| {
         let mut row = identity(bench, run, surroundings, *tolerance_px);
-        match errors {
-            Ok(flight) => fill_errors(&mut row, flight, i),
-            Err(reason) => row.err = format!("error pass: {reason}"),
-        }
-        match speed {
-            Ok(frames) => fill_speed(&mut row, frames),
-            Err(reason) if row.err.is_empty() => row.err = format!("speed pass: {reason}"),
-            Err(_) => {}
-        }
+        errors.into_iter().for_each(|flight| fill_errors(&mut row, flight, i));
+        speed.into_iter().for_each(|frames| fill_speed(&mut row, frames));
         row
     };
     tolerances.iter().enumerate().map(row).collect()
@@ -108,6 +108,7 @@ fn identity(bench: &Bench, run: &Run, surroundings: &Surroundings, tolerance_px:
         adapter: surroundings.adapter.clone(),
         adapter_type: surroundings.adapter_type.clone(),
         flight: bench.flight_name.clone(),
+        fov_y_deg: tidy(bench.path.fov_y().to_degrees()),
         dem_columns: bench.dem.heightmap.columns(),
         dem_rows: bench.dem.heightmap.rows(),
         threads: run.settings.threads,
@@ -129,13 +130,16 @@ fn fill_errors(row: &mut SummaryRow, flight: &ErrorFlight, tolerance: usize) {
     row.updated_patches_mean = mean(later, |f| f.updated_patches);
     row.index_bytes_reserved = Some(*index_bytes_reserved);
     row.index_bytes_used = frames.iter().map(|f| f.index_bytes_used).max();
-    row.error_px_max = Some(tidy(errors.max_px().into()));
-    row.error_px_p999 = Some(tidy(errors.percentile_px(0.999).into()));
-    row.error_px_p99 = Some(tidy(errors.percentile_px(0.99).into()));
-    row.error_px_p95 = Some(tidy(errors.percentile_px(0.95).into()));
-    row.error_px_rms = Some(tidy(errors.rms_px()));
-    row.over_tolerance_share = Some(tidy(errors.over_share(tolerance)));
-    row.error_m_max = Some(tidy(errors.max_m().into()));
+    row.samples_mean = mean(frames, |f| f.samples);
+    row.frames_without_samples = Some(frames.iter().filter(|f| f.samples == 0).count() as u64);
+    let measured = |value: f64| (errors.samples() > 0).then(|| tidy(value));
+    row.error_px_max = measured(errors.max_px().into());
+    row.error_px_p999 = measured(errors.percentile_px(0.999).into());
+    row.error_px_p99 = measured(errors.percentile_px(0.99).into());
+    row.error_px_p95 = measured(errors.percentile_px(0.95).into());
+    row.error_px_rms = measured(errors.rms_px());
+    row.over_tolerance_share = measured(errors.over_share(tolerance));
+    row.error_m_max = measured(errors.max_m().into());
     row.cracks = Some(frames.iter().map(|f| f.cracks).sum());
 }
 

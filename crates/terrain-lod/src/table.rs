@@ -8,7 +8,7 @@ use crate::summary::SummaryRow;
 type Column = (&'static str, bool, fn(&SummaryRow) -> String);
 
 /// What was asked for (`tolerance px`) stands beside what came out (`error max px` and the rest).
-const COLUMNS: [Column; 15] = [
+const COLUMNS: [Column; 17] = [
     ("method", false, |r| r.method.clone()),
     ("setting", false, |r| r.setting.clone()),
     ("tolerance px", true, |r| r.tolerance_px.to_string()),
@@ -20,9 +20,11 @@ const COLUMNS: [Column; 15] = [
     ("triangles", true, |r| number(r.triangles_mean, 0)),
     ("draws", true, |r| number(r.draws_mean, 0)),
     ("draw calls", true, |r| number(r.draw_calls_mean, 0)),
-    ("plan ms", true, |r| number(r.plan_ms_p50, 2)),
+    ("plan P50 ms", true, |r| number(r.plan_ms_p50, 2)),
+    ("plan P99 ms", true, |r| number(r.plan_ms_p99, 2)),
     ("encode ms", true, |r| number(r.encode_ms_p50, 2)),
-    ("frame ms", true, |r| number(r.frame_ms_p50, 1)),
+    ("frame P50 ms", true, |r| number(r.frame_ms_p50, 1)),
+    ("frame P99 ms", true, |r| number(r.frame_ms_p99, 1)),
     ("fps", true, |r| number(r.fps_mean, 1)),
 ];
 
@@ -31,7 +33,7 @@ fn number(value: Option<f64>, decimals: usize) -> String {
 }
 
 /// The table, with a line on what was flown where, and a line for each run that failed.
-pub fn markdown(rows: &[SummaryRow]) -> String {
+pub fn markdown(rows: &[&SummaryRow]) -> String {
     let mut text = String::new();
     if let Some(row) = rows.first() {
         let _ = writeln!(text, "{}\n", caption(row));
@@ -68,8 +70,8 @@ fn caption(row: &SummaryRow) -> String {
         (name, kind) => format!("on {name} ({kind})"),
     };
     format!(
-        "DEM {} ({} x {} samples), flight {}, {} frames of {} x {} px, {adapter}.",
-        row.dem, row.dem_columns, row.dem_rows, row.flight, row.frames, row.width, row.height
+        "DEM {} ({} x {} samples), flight {}, {} frames of {} x {} px, field of view {} degrees, {adapter}.",
+        row.dem, row.dem_columns, row.dem_rows, row.flight, row.frames, row.width, row.height, row.fov_y_deg
     )
 }
 
@@ -81,7 +83,7 @@ mod tests {
     fn every_line_has_the_same_width_and_failures_are_named() {
         let good = SummaryRow { method: "tin".into(), error_px_max: Some(12.3456), ..Default::default() };
         let bad = SummaryRow { method: "htp".into(), err: "no luck".into(), ..Default::default() };
-        let text = markdown(&[good, bad]);
+        let text = markdown(&[&good, &bad]);
         let table: Vec<&str> = text.lines().filter(|l| l.starts_with('|')).collect();
         assert_eq!(table.len(), 4);
         assert!(table.iter().all(|l| l.len() == table[0].len()), "{text}");

@@ -7,8 +7,7 @@ use std::sync::Arc;
 
 use htp_lod::{Batching, Htp};
 use lod_baselines::FullGrid;
-use terrain_core::contract::{self, Build};
-use terrain_core::{Heightmap, LodMethod};
+use terrain_core::{Heightmap, LodMethod, contract};
 use terrain_dem::synthetic;
 use tin_lod::Tin;
 
@@ -19,15 +18,15 @@ fn dem() -> Arc<Heightmap> {
     Arc::new(synthetic::generate(193, 250, 7))
 }
 
-fn walk(build: impl Fn(&Arc<Heightmap>, Build) -> Box<dyn LodMethod>) {
+fn walk(build: impl Fn(&Arc<Heightmap>, usize) -> Box<dyn LodMethod>) {
     let heightmap = dem();
-    contract::check(&heightmap, |b| build(&heightmap, b), SEED, FRAMES);
+    contract::check(&heightmap, |threads| build(&heightmap, threads), SEED, FRAMES);
 }
 
 #[test]
 fn tin() {
-    walk(|heightmap, Build { culling, threads }| {
-        let options = tin_lod::Options { culling, threads, ..Default::default() };
+    walk(|heightmap, threads| {
+        let options = tin_lod::Options { threads, ..Default::default() };
         Box::new(Tin::new(heightmap.clone(), options).unwrap())
     });
 }
@@ -36,9 +35,7 @@ fn tin() {
 fn htp(batching: Batching, leg_px: f64, lists: usize) {
     let options = htp_lod::Options { batching, leg_px, ..Default::default() };
     assert_eq!(seen::levels_and_lists(&dem(), options, SEED, FRAMES), [3, lists], "levels and index lists in sight");
-    walk(|heightmap, Build { culling, .. }| {
-        Box::new(Htp::new(heightmap.clone(), htp_lod::Options { culling, ..options }).unwrap())
-    });
+    walk(|heightmap, _| Box::new(Htp::new(heightmap.clone(), options).unwrap()));
 }
 
 #[test]

@@ -17,6 +17,7 @@ pub struct Tin {
     pool: rayon::ThreadPool,
     grid: PatchGrid,
     mesh: Mesh,
+    culling: bool,
     vertices_uploaded: bool,
     /// The patches in view, kept for its memory.
     visible: Vec<PatchId>,
@@ -28,12 +29,12 @@ impl Tin {
         options.validate()?;
         let grid = PatchGrid::new(&heightmap, options.patch);
         let pool = rayon::ThreadPoolBuilder::new()
-            .num_threads(options.threads.max(1))
+            .num_threads(options.threads)
             .thread_name(|i| format!("tin-lod {i}"))
             .build()
             .map_err(|error| TinError::Threads { threads: options.threads, reason: error.to_string() })?;
         let mesh = Mesh::new(&heightmap, grid);
-        Ok(Self { heightmap, options, pool, grid, mesh, vertices_uploaded: false, visible: Vec::new() })
+        Ok(Self { heightmap, options, pool, grid, mesh, culling: true, vertices_uploaded: false, visible: Vec::new() })
     }
 
     /// Room for a fully refined patch: the triangulation of all its samples has two triangles a quad.
@@ -43,7 +44,7 @@ impl Tin {
 
     /// The frustum against every patch's box, as in the paper: there is no tree over the patches.
     fn find_visible(&mut self, view: &View) {
-        let (culling, mesh) = (self.options.culling, &self.mesh);
+        let (culling, mesh) = (self.culling, &self.mesh);
         self.visible.clear();
         self.visible.extend((0..self.grid.patches()).filter(|p| !culling || view.sees(mesh.bounds_world(*p))));
     }
@@ -82,6 +83,10 @@ impl LodMethod for Tin {
             indices: self.grid.patches() as u64 * self.region_indices() as u64 * size_of::<u32>() as u64,
             instances: 0,
         }
+    }
+
+    fn set_culling(&mut self, culling: bool) {
+        self.culling = culling;
     }
 
     fn plan(&mut self, view: &View, plan: &mut FramePlan) {

@@ -13,13 +13,11 @@ pub struct Options {
     pub max_spacing: Option<u32>,
     /// Threads that triangulate, 1 or more. Default 1. The result does not depend on it.
     pub threads: usize,
-    /// Whether patches out of sight are left out. Default true.
-    pub culling: bool,
 }
 
 impl Default for Options {
     fn default() -> Self {
-        Self { patch: 32, tolerance_px: 1.0, max_spacing: None, threads: 1, culling: true }
+        Self { patch: 32, tolerance_px: 1.0, max_spacing: None, threads: 1 }
     }
 }
 
@@ -40,6 +38,9 @@ pub enum TinError {
         /// The side of a patch.
         patch: u32,
     },
+    /// No thread at all.
+    #[error("0 threads: expected 1 or more")]
+    NoThreads,
     /// The thread pool could not be started.
     #[error("cannot start {threads} threads: {reason}")]
     Threads {
@@ -58,6 +59,9 @@ impl Options {
         }
         if !(self.tolerance_px > 0.0 && self.tolerance_px.is_finite()) {
             return Err(TinError::Tolerance(self.tolerance_px));
+        }
+        if self.threads == 0 {
+            return Err(TinError::NoThreads);
         }
         match self.max_spacing {
             Some(found) if found == 0 || found > self.patch => Err(TinError::MaxSpacing { found, patch: self.patch }),

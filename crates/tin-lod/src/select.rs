@@ -13,6 +13,8 @@
 //! Also kept are the corners, the middle of every edge, and a lattice that bounds the spacing. "Kept" includes the
 //! border of the patch: without it a smooth slope would stay unrefined until the first lattice row.
 //!
+//! Deviation: the closest kept sample is the closest in grid intervals, whatever the spacing in x and z.
+//!
 //! Deviation: the paper bounds the distance between selected points without saying how. Here every sample whose
 //! coordinates within its patch are both multiples of the maximum spacing is kept; that needs no search and is the
 //! same on both sides of an edge.
@@ -253,8 +255,12 @@ mod tests {
 
     #[test]
     fn the_widest_patch_uses_63_inner_bits() {
-        assert_eq!(inner_bits(64), !1);
-        assert_eq!(inner_bits(1), 0);
-        assert_eq!(inner_bits(2), 0b10);
+        let mut random = SplitMix64::new(1);
+        let dem = dem(65, 65, |_| random.range(0.0, 9.0) as f32);
+        let run = EdgeRun { first: Sample { column: 0, row: 64 }, length: 64, along_x: true };
+        assert_eq!(select_edge(&dem, run, 0.0, 32), !1);
+        let all = !1;
+        let border = Border { north: all, south: all, west: all, east: all };
+        assert!(select_interior(&dem, whole(&dem), border, 0.0, 32).iter().all(|row| *row == all));
     }
 }

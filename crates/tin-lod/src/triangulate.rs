@@ -2,7 +2,8 @@
 //! (section 3.3 of the paper).
 //!
 //! Deviation: the paper moves the points at random, so that four points on a square do not confuse its
-//! triangulation. `spade` decides with exact predicates, so nothing is moved and straight borders stay straight.
+//! triangulation. `spade` decides with exact predicates, so nothing is moved and straight borders stay straight. The
+//! jitter as an option for fidelity is still to come.
 
 use spade::{DelaunayTriangulation, Point2, Triangulation};
 use terrain_core::{Heightmap, Sample};

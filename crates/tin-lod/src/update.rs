@@ -3,6 +3,9 @@
 //! Each edge is selected once, for both of its patches. Where an update changes an edge, the patch on the other side
 //! is triangulated anew in the same update, with the interior that it had: no frame sees two versions of an edge.
 //!
+//! Deviation: an edge is selected for its own distance, which is never less than that of either patch: its box lies in
+//! theirs. The decided reading turns the tolerance into metres at the patch's distance, of which an edge has two.
+//!
 //! Deviation: the paper leaves a border as it is until both of its patches are updated; here the neighbour follows at
 //! once, so that a border is never older than the younger of its patches.
 
@@ -103,7 +106,8 @@ impl Mesh {
         let Some(then_m) = tolerance_m else { return true };
         let now_m = tolerance_m_at(bounds_world, options, view);
         let difference_m = bounds_world.max[1] - bounds_world.min[1];
-        now_m != *then_m && (difference_m / now_m - difference_m / then_m).abs() > 1.0
+        // Both infinite where the eye was and is in the box: not a number, so not more.
+        (difference_m / now_m - difference_m / then_m).abs() > 1.0
     }
 
     /// Selects the edges of the outdated patches, then their interiors. Returns the time summed over all threads.

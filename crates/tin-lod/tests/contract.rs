@@ -9,10 +9,8 @@ use tin_lod::{Options, Tin};
 
 fn check(dem: Heightmap, options: Options, seed: u64, frames: u32) {
     let dem = Arc::new(dem);
-    let build = |build: contract::Build| -> Box<dyn LodMethod> {
-        let options = Options { culling: build.culling, threads: build.threads, ..options };
-        Box::new(Tin::new(dem.clone(), options).unwrap())
-    };
+    let build =
+        |threads| -> Box<dyn LodMethod> { Box::new(Tin::new(dem.clone(), Options { threads, ..options }).unwrap()) };
     contract::check(&dem, build, seed, frames);
 }
 

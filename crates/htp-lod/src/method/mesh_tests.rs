@@ -15,8 +15,10 @@ fn rough(columns: u32, rows: u32) -> Arc<Heightmap> {
 }
 
 fn htp(heightmap: &Arc<Heightmap>, k: u32, layers: u32, batching: Batching) -> Htp {
-    let options = Options { k, layers, batching, culling: false, ..Options::default() };
-    Htp::new(heightmap.clone(), options).unwrap()
+    let options = Options { k, layers, batching, ..Options::default() };
+    let mut htp = Htp::new(heightmap.clone(), options).unwrap();
+    htp.set_culling(false);
+    htp
 }
 
 /// Halves that want to be split, drawn by lot for each patch; `seed` decides the share, too.

@@ -144,7 +144,7 @@ impl<'a> Track<'a> {
             let reason = "the camera stands on the point that it looks at; expected two different points";
             return Err(self.refuse(moment, reason.to_owned()));
         }
-        Ok([east.atan2(north), up.atan2(east.hypot(north))])
+        Ok([libm::atan2(east, north), libm::atan2(up, libm::hypot(east, north))])
     }
 
     fn check_eye(&self, eye_world: DVec3, moment: Moment) -> Result<(), FlightError> {

@@ -44,6 +44,25 @@ fn shipped_flights_fit_any_dem() {
     }
 }
 
+/// Found by a review: the end of fly-over looked past the DEM, and its empty frames counted as fast ones without error.
+#[test]
+fn shipped_flights_see_terrain_in_every_frame() {
+    for (columns, rows, spacing_m) in [(403, 344, [74.0, 93.0]), (60, 150, [30.0, 30.0]), (150, 60, [160.0, 160.0])] {
+        let dem = dem(columns, rows, spacing_m, 300.0);
+        let sees = |view: &crate::View| {
+            let samples = (0..rows).flat_map(|row| (0..columns).map(move |column| crate::Sample { column, row }));
+            samples.filter(|sample| view.sees_point(DVec3::from(dem.world(*sample)))).count()
+        };
+        for (name, _) in BUILT_IN {
+            let path = FlightPath::new(&Flight::built_in(name).unwrap(), &dem, 60).unwrap();
+            for frame in 0..path.len() {
+                let view = path.view(frame, [640, 360]).unwrap();
+                assert!(sees(&view) > 20, "{name}, {columns} x {rows}, frame {frame}");
+            }
+        }
+    }
+}
+
 #[test]
 fn built_in_flights_go_by_their_names() {
     for (name, _) in BUILT_IN {

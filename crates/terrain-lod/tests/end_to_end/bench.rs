@@ -98,7 +98,7 @@ fn golden_rows() {
         "error_px_rms",
         "error_m_max",
     ];
-    let found = project(&bench(&["--frames", "40", "--tolerance", "0.5,1,2"]), &columns);
+    let found = project(&bench(&["--frames", "40", "--tolerance", "0.5,1,2", "--leg-px", "8,30"]), &columns);
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/golden/jacksboro.csv");
     if std::env::var_os("TERRAIN_LOD_BLESS").is_some() {
         std::fs::write(&path, &found).unwrap();

@@ -1,6 +1,8 @@
 //! The exported mesh: it is the DEM's, it is whole, and the line on stdout says how it was seen.
 
-use crate::program::terrain_lod;
+use terrain_core::LodMethod;
+
+use crate::program::{bench, terrain_lod};
 
 /// Vertices and triangles of a binary little-endian PLY as this program writes it.
 fn read_ply(bytes: &[u8]) -> (Vec<[f32; 3]>, Vec<[u32; 3]>) {
@@ -63,4 +65,31 @@ fn every_method_exports_the_whole_dem() {
         sorted.dedup();
         assert_eq!(sorted.len(), vertices.len(), "{method}: shared vertices are shared");
     }
+}
+
+/// Found by a review: with culling off from the first frame on, the TIN's history was another one than in the bench.
+#[test]
+fn the_mesh_has_as_many_triangles_in_view_as_the_bench_draws() {
+    let rows = bench(&["--methods", "tin", "--frames", "30"]);
+    let place = tempfile::tempdir().unwrap();
+    let arguments = ["mesh", "--method", "tin", "--frames", "30", "--frame", "29", "--out", "mesh.ply"];
+    let output = terrain_lod(place.path(), &arguments);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+
+    // The bench's own mesh of that frame, culled and not.
+    let dem = terrain_dem::open("jacksboro", &Default::default()).unwrap().heightmap;
+    let flight = terrain_core::Flight::built_in("ground-level").unwrap();
+    let path = terrain_core::FlightPath::new(&flight, &dem, 30).unwrap();
+    let mut tin = tin_lod::Tin::new(dem.clone(), Default::default()).unwrap();
+    let mut plan = Default::default();
+    let mut drawn = Vec::new();
+    for frame in 0..30 {
+        tin.plan(&path.view(frame, [640, 360]).unwrap(), &mut plan);
+        drawn.push(terrain_core::FrameStats::of(&plan).triangles);
+    }
+    assert_eq!(rows[0]["triangles_max"], drawn.iter().max().unwrap().to_string());
+    tin.set_culling(false);
+    tin.plan(&path.view(29, [640, 360]).unwrap(), &mut plan);
+    let line: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(line["triangles"], terrain_core::FrameStats::of(&plan).triangles);
 }

@@ -74,11 +74,39 @@ fn every_refusal_is_one_line_with_its_exit_code() {
     }
 }
 
+/// Found by a review: what the command line refuses, a suite file could say.
+#[test]
+fn a_suite_keeps_the_ranges_of_the_flags() {
+    let place = wrong_files();
+    let cases = [
+        ("methods = []", "methods or patch is empty; expected at least one of each"),
+        ("tolerance_px = []", "tolerance_px is empty; expected at least one"),
+        ("tolerance_px = [1.0, nan]", "tolerance_px = NaN; expected 1e-6 to 1e6"),
+        ("leg_px = [-1.0]", "leg_px = -1; expected 1e-6 to 1e6"),
+        ("repeats = 0", "repeats = 0; expected 1 to 1000"),
+        ("size_px = [640, 0]", "size_px = 0; expected 1 to 16384"),
+        ("frames = 0", "frames = 0; expected 1 to 1000000"),
+        ("threads = 60000", "threads = 60000; expected 1 to 256"),
+    ];
+    for (text, reason) in cases {
+        std::fs::write(place.path().join("bad.toml"), text).unwrap();
+        let refused = refuse(place.path(), &["bench", "--no-gpu", "--suite", "bad.toml"]);
+        assert_eq!(refused, (4, format!("error: suite bad.toml: {reason}")));
+    }
+}
+
+#[test]
+fn a_call_without_a_command_says_what_there_is() {
+    let place = wrong_files();
+    let expected = "error: no command; expected bench, mesh or adapters; --help has examples";
+    assert_eq!(refuse(place.path(), &[]), (2, expected.to_string()));
+}
+
 #[test]
 fn mesh_refuses_in_the_same_way() {
     let place = wrong_files();
     let cases: [(&[&str], i32, &str); 3] = [
-        (&["--frame", "120", "--out", "a.ply"], 2, "error: frame 120 of a flight of 120 frames: expected 0 to 119"),
+        (&["--frame", "120", "--out", "a.ply"], 2, "error: frame 120 of 120 frames: expected 0 to 119"),
         (&["--dem", "none.png", "--out", "a.ply"], 4, "error: none.png: no such file"),
         (&["--out", "none/a.ply"], 6, "error: cannot write none/a.ply: "),
     ];
