@@ -15,18 +15,23 @@ struct Frame {
     half_light_m: f32,
     haze_colour: vec3<f32>,
     colour: u32,
+    normals: u32,
+    spacing_px_at_1_m: f32,
+    mean_leg_px: f32,
+    padding: u32,
 }
 
 const COLOUR_BY_PATCH = 1u;
 const COLOUR_BY_LEVEL = 2u;
+const NORMALS_PER_VERTEX = 1u;
 
 @group(0) @binding(0) var<uniform> frame: Frame;
 @group(0) @binding(1) var heights: texture_2d<f32>;
 @group(0) @binding(2) var normals: texture_2d<f32>;
 @group(0) @binding(3) var bilinear: sampler;
 
-// Share of its distance by which the surface is moved towards the eye; above 0 for the wireframe alone.
-override pull: f32 = 0.0;
+// Whether triangles are drawn as lines.
+override as_lines: bool = false;
 
 struct Corner {
     @builtin(position) @invariant position_clip: vec4<f32>,
@@ -38,6 +43,8 @@ struct Corner {
     @location(2) height_m: f32,
     // A `PatchTag`.
     @location(3) @interpolate(flat) tag: u32,
+    // The DEM's normal at the vertex, where it is asked for.
+    @location(4) normal: vec3<f32>,
 }
 
 // ---- vertices --------------------------------------------------------------------------------------------------------
@@ -46,10 +53,12 @@ struct Corner {
 fn corner(column_row: vec2<i32>, height_m: f32, tag: u32) -> Corner {
     let ground_m = vec2<f32>(column_row - frame.eye_sample) * frame.spacing_m - frame.eye_remainder_m;
     let position_eye = vec3<f32>(ground_m.x, height_m - frame.eye_height_m, ground_m.y);
-    var position_clip = frame.clip_from_eye * vec4<f32>(position_eye, 1.0);
-    // z / w is near / distance, so that scaling z is moving along the ray through the eye.
-    position_clip.z *= 1.0 + pull;
-    return Corner(position_clip, position_eye, vec2<f32>(column_row), height_m, tag);
+    let position_clip = frame.clip_from_eye * vec4<f32>(position_eye, 1.0);
+    var normal = vec3<f32>(0.0);
+    if as_lines || frame.normals == NORMALS_PER_VERTEX {
+        normal = normal_of(textureLoad(normals, column_row, 0).xy);
+    }
+    return Corner(position_clip, position_eye, vec2<f32>(column_row), height_m, tag, normal);
 }
 
 // `BakedVertex`; the instance index is the tag.
@@ -79,10 +88,17 @@ fn vertex_displaced(
 
 // ---- colours ---------------------------------------------------------------------------------------------------------
 
-// Normals come from the DEM and are read at every pixel: shading does not change with the mesh.
-fn unit_normal(at: vec2<f32>) -> vec3<f32> {
-    let xz = textureSample(normals, bilinear, (at + 0.5) / vec2<f32>(textureDimensions(normals))).xy;
+// The texture holds x and z of unit normals, which all point upwards.
+fn normal_of(xz: vec2<f32>) -> vec3<f32> {
     return normalize(vec3<f32>(xz.x, sqrt(max(1.0 - dot(xz, xz), 0.0)), xz.y));
+}
+
+// Normals come from the DEM. Read at every pixel, they do not change with the mesh.
+fn unit_normal(in: Corner) -> vec3<f32> {
+    if frame.normals == NORMALS_PER_VERTEX {
+        return normalize(in.normal);
+    }
+    return normal_of(textureSample(normals, bilinear, (in.at + 0.5) / vec2<f32>(textureDimensions(normals))).xy);
 }
 
 // Meadow, dry grass, scree and snow by height; bare rock where it is steep.
@@ -137,15 +153,34 @@ fn haze(position_eye: vec3<f32>) -> f32 {
     return 1.0 - exp2(-distance * distance);
 }
 
-@fragment
-fn fragment_terrain(in: Corner) -> @location(0) vec4<f32> {
-    let normal = unit_normal(in.at);
-    let lit = surface_colour(in, normal) * light(normal);
-    return vec4<f32>(mix(lit, frame.haze_colour, haze(in.position_eye)), 1.0);
+fn lit(in: Corner) -> vec3<f32> {
+    let normal = unit_normal(in);
+    return surface_colour(in, normal) * light(normal);
+}
+
+fn hazed(colour: vec3<f32>, position_eye: vec3<f32>) -> vec4<f32> {
+    return vec4<f32>(mix(colour, frame.haze_colour, haze(position_eye)), 1.0);
 }
 
 @fragment
+fn fragment_terrain(in: Corner) -> @location(0) vec4<f32> {
+    return hazed(lit(in), in.position_eye);
+}
+
+// ---- wireframe -------------------------------------------------------------------------------------------------------
+
+// Pixels between neighbouring lines, roughly. A leg is as long as the spacing or as the mean of all triangles in the
+// picture, whichever is longer; then it is foreshortened by the slope against the view ray.
+fn line_gap_px(in: Corner) -> f32 {
+    let distance_m = length(in.position_eye);
+    let leg_px = max(frame.spacing_px_at_1_m / distance_m, frame.mean_leg_px);
+    return leg_px * abs(dot(normalize(in.normal), in.position_eye)) / distance_m;
+}
+
+// Lines fade into the terrain where they would merge into a black mass. The blending takes the darker of the line and
+// what is there already, so that it does not matter which line is drawn first.
+@fragment
 fn fragment_wireframe(in: Corner) -> @location(0) vec4<f32> {
-    let opacity = 0.7 * (1.0 - haze(in.position_eye));
-    return vec4<f32>(0.01, 0.015, 0.03, opacity);
+    let opacity = 0.75 * smoothstep(0.4, 3.0, line_gap_px(in));
+    return hazed(mix(lit(in), vec3<f32>(0.012, 0.018, 0.035), opacity), in.position_eye);
 }

@@ -1,17 +1,20 @@
-//! The three buffers of one method on the GPU.
+//! The three buffers of one method on the GPU, and the arguments of its draws.
 
 use terrain_core::{Buffer, BufferSizes, Draw, FramePlan, PatchInstance, VertexKind};
 use wgpu::BufferUsages;
 
+use crate::submission::DrawArguments;
 use crate::{Gpu, RenderError};
 
-/// Vertices, indices and instances of one method; written by its plans alone.
+/// Vertices, indices and instances of one method; written by its plans alone. They hold one plan: a method that is
+/// drawn twice in one submission, by two plans, needs them twice.
 #[derive(Debug)]
 pub struct MethodBuffers {
     sizes: BufferSizes,
     vertices: wgpu::Buffer,
     indices: wgpu::Buffer,
     instances: wgpu::Buffer,
+    arguments: DrawArguments,
 }
 
 impl MethodBuffers {
@@ -22,6 +25,7 @@ impl MethodBuffers {
             vertices: create(gpu, "vertex", sizes.vertices, BufferUsages::VERTEX)?,
             indices: create(gpu, "index", sizes.indices, BufferUsages::INDEX)?,
             instances: create(gpu, "instance", sizes.instances, BufferUsages::VERTEX)?,
+            arguments: DrawArguments::new(gpu),
         };
         gpu.check()?; // out of memory, for one
         Ok(buffers)
@@ -32,8 +36,9 @@ impl MethodBuffers {
         self.sizes.vertex_kind
     }
 
-    /// Queues the plan's uploads, in order; they happen before the next submission.
-    pub fn apply(&self, gpu: &Gpu, plan: &FramePlan) {
+    /// Queues the plan's uploads, in order; they happen before the next submission. For plans that are not drawn:
+    /// [`TerrainPass::prepare`](crate::TerrainPass::prepare) does the same.
+    pub fn apply(&mut self, gpu: &Gpu, plan: &FramePlan) {
         for upload in &plan.uploads {
             gpu.queue.write_buffer(self.get(upload.buffer), upload.offset, plan.bytes_of(upload));
         }
@@ -48,8 +53,21 @@ impl MethodBuffers {
         pass.set_index_buffer(self.indices.slice(..), wgpu::IndexFormat::Uint32);
     }
 
-    /// Fails where a draw reads beyond the index or the instance buffer.
-    pub(crate) fn check(&self, draws: &[Draw]) -> Result<(), RenderError> {
+    /// Queues the arguments of indirect draws.
+    pub(crate) fn write_arguments(&mut self, gpu: &Gpu, draws: &[Draw]) -> Result<(), RenderError> {
+        self.check(draws)?;
+        self.arguments.write(gpu, draws);
+        Ok(())
+    }
+
+    /// What was written last.
+    pub(crate) fn arguments(&self) -> &DrawArguments {
+        &self.arguments
+    }
+
+    /// Fails where a draw reads beyond the index or the instance buffer: wgpu refuses a direct draw that does so but
+    /// silently drops an indirect one.
+    fn check(&self, draws: &[Draw]) -> Result<(), RenderError> {
         let displaced = self.sizes.vertex_kind == VertexKind::Displaced;
         for (draw, Draw { indices, instances, .. }) in draws.iter().enumerate() {
             if u64::from(indices.end) * size_of::<u32>() as u64 > self.sizes.indices {

@@ -1,9 +1,9 @@
 //! The uniforms of a frame, laid out as `shaders/terrain.wgsl` declares them; a test compares the two.
 
 use bytemuck::{Pod, Zeroable};
-use terrain_core::View;
+use terrain_core::{Draw, FramePlan, View};
 
-use crate::{Colour, Look, Scene};
+use crate::{Colour, Look, Normals, Scene};
 
 /// `struct Frame` of `shaders/terrain.wgsl`.
 ///
@@ -32,11 +32,19 @@ pub struct FrameUniforms {
     pub haze_colour: [f32; 3],
     /// [`Colour`] as a number: 0 shaded, 1 by patch, 2 by level.
     pub colour: u32,
+    /// [`Normals`] as a number: 0 per pixel, 1 per vertex.
+    pub normals: u32,
+    /// Pixels that the wider spacing covers at a distance of 1 m.
+    pub spacing_px_at_1_m: f32,
+    /// Legs of the plan's triangles in pixels, if all were alike and filled the picture.
+    pub mean_leg_px: f32,
+    /// Up to a multiple of 16 bytes.
+    pub padding: u32,
 }
 
 impl FrameUniforms {
     /// The uniforms of one frame.
-    pub fn new(view: &View, scene: &Scene, look: &Look) -> Self {
+    pub fn new(view: &View, scene: &Scene, plan: &FramePlan, look: &Look) -> Self {
         let spacing_m = scene.spacing_m();
         let [x, z] = [view.eye_world.x, view.eye_world.z];
         let eye_sample = [(x / spacing_m[0]).floor(), (z / spacing_m[1]).floor()];
@@ -56,6 +64,20 @@ impl FrameUniforms {
                 Colour::ByPatch => 1,
                 Colour::ByLevel => 2,
             },
+            normals: match look.normals {
+                Normals::PerPixel => 0,
+                Normals::PerVertex => 1,
+            },
+            spacing_px_at_1_m: view.pixels(spacing_m[0].max(spacing_m[1]), 1.0) as f32,
+            mean_leg_px: mean_leg_px(view, plan),
+            padding: 0,
         }
     }
+}
+
+/// Two triangles with legs of one pixel cover a pixel.
+fn mean_leg_px(view: &View, plan: &FramePlan) -> f32 {
+    let [width, height] = view.size_px.map(|side| side as f32);
+    let triangles: u64 = plan.draws.iter().map(Draw::triangles).sum();
+    (2.0 * width * height / triangles.max(1) as f32).sqrt()
 }

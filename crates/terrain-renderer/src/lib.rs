@@ -4,7 +4,7 @@
 //!  Heightmap ──> Scene ──────────┐
 //!  BufferSizes ─> MethodBuffers ─┤
 //!  View, FramePlan, Look ────────┴─> Renderer::frame ──> FrameTimes, Target ──> PNG
-//!                                      TerrainPass: one pass, one loop over the draws
+//!                                      TerrainPass::prepare ──> PreparedFrame: one loop over the draws
 //! ```
 //!
 //! **Depth** is reversed with the far plane at infinity: 1 at the near plane, 0 at infinity, compare "greater", clear 0.
@@ -16,7 +16,8 @@
 //! ([`FrameUniforms`]), so that `f32` is exact where it matters: near the eye.
 //!
 //! A viewer uses [`TerrainPass`] with a pass over its own surface; [`Renderer`] is the same with an offscreen
-//! [`Target`] and clocks.
+//! [`Target`] and clocks. Several methods share a pass: each has its [`MethodBuffers`] and each viewport its
+//! [`ViewBindings`], and what is prepared stays as it is until it is drawn.
 
 mod buffers;
 mod error;
@@ -24,6 +25,7 @@ mod gpu;
 mod layout;
 mod look;
 mod pass;
+mod pipelines;
 mod renderer;
 mod scene;
 mod submission;
@@ -32,10 +34,10 @@ mod timing;
 
 pub use buffers::MethodBuffers;
 pub use error::RenderError;
-pub use gpu::{AdapterChoice, AdapterFacts, Gpu};
+pub use gpu::{AdapterChoice, AdapterFacts, Gpu, ListedAdapter};
 pub use layout::FrameUniforms;
-pub use look::{Colour, Look};
-pub use pass::TerrainPass;
+pub use look::{Colour, Look, Normals};
+pub use pass::{PreparedFrame, TerrainPass, ViewBindings};
 pub use renderer::{FrameTimes, Renderer, RendererSettings};
 pub use scene::Scene;
 pub use submission::Submission;

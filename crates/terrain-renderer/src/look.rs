@@ -12,12 +12,26 @@ pub enum Colour {
     ByLevel,
 }
 
+/// Where the DEM's normals, on which the light falls, are read.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Normals {
+    /// At every pixel: the shading does not change with the mesh.
+    #[default]
+    PerPixel,
+    /// At the vertices, and interpolated over the triangles: coarse triangles lose what is between their corners
+    /// (Bertilsson and Goswami 2016, Figure 4).
+    PerVertex,
+}
+
 /// How a frame looks.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Look {
     /// What the triangles are coloured by.
     pub colour: Colour,
-    /// Draw the triangles' edges over the terrain: the plan is then drawn twice.
+    /// Where the normals are read.
+    pub normals: Normals,
+    /// Draw the triangles' edges over the terrain: the plan is then drawn twice. Edges fade where triangles are only
+    /// a few pixels high.
     pub wireframe: bool,
     /// Colour where there is no terrain: linear red, green, blue, alpha, each 0 to 1.
     pub background: [f32; 4],
@@ -30,6 +44,6 @@ impl Look {
 
 impl Default for Look {
     fn default() -> Self {
-        Self { colour: Colour::Shaded, wireframe: false, background: Self::SKY }
+        Self { colour: Colour::Shaded, normals: Normals::PerPixel, wireframe: false, background: Self::SKY }
     }
 }

@@ -4,8 +4,10 @@ use std::time::{Duration, Instant};
 
 use terrain_core::{BufferSizes, FramePlan, Heightmap, View};
 
-use crate::timing::{PassTimer, PrimitiveCounter};
-use crate::{Gpu, Look, MethodBuffers, RenderError, Scene, Submission, Target, TerrainPass};
+use crate::timing::Gauges;
+use crate::{
+    Gpu, Look, MethodBuffers, PreparedFrame, RenderError, Scene, Submission, Target, TerrainPass, ViewBindings,
+};
 
 /// What is fixed for the life of a [`Renderer`].
 #[derive(Clone, Copy, Debug)]
@@ -48,23 +50,22 @@ pub struct FrameTimes {
 #[derive(Debug)]
 pub struct Renderer {
     gpu: Gpu,
-    scene: Scene,
     pass: TerrainPass,
+    bindings: ViewBindings,
     target: Target,
-    timer: Option<PassTimer>,
-    counter: Option<PrimitiveCounter>,
+    gauges: Gauges,
 }
 
 impl Renderer {
     /// Uploads the heightmap and builds the pipelines.
     pub fn new(gpu: Gpu, heightmap: &Heightmap, settings: &RendererSettings) -> Result<Self, RenderError> {
         let scene = Scene::new(&gpu, heightmap)?;
-        let pass = TerrainPass::new(&gpu, &scene, Target::COLOUR_FORMAT, settings.submission)?;
+        let pass = TerrainPass::new(&gpu, scene, Target::COLOUR_FORMAT, settings.submission)?;
         let target = Target::new(&gpu, settings.size_px)?;
-        let timer = PassTimer::new(&gpu);
-        let counter = settings.count_primitives.then(|| PrimitiveCounter::new(&gpu)).flatten();
+        let gauges = Gauges::new(&gpu, settings.count_primitives);
+        let bindings = pass.view_bindings(&gpu);
         gpu.check()?;
-        Ok(Self { gpu, scene, pass, target, timer, counter })
+        Ok(Self { gpu, pass, bindings, target, gauges })
     }
 
     /// The buffers of one method.
@@ -97,18 +98,16 @@ impl Renderer {
     ) -> Result<FrameTimes, RenderError> {
         self.check_size(view)?;
         let mut clock = Clock::start();
-        buffers.apply(&self.gpu, plan);
-        self.pass.prepare(&self.gpu, &self.scene, view, plan, buffers, look)?;
+        let frame = self.pass.prepare(&self.gpu, view, plan, look, buffers, &mut self.bindings)?;
         let upload = clock.lap();
-        let (commands, draw_calls) = self.record(plan, buffers, look);
+        let (commands, draw_calls) = record(&self.gpu, &self.target, &self.gauges, &frame, look);
         let encode = clock.lap();
         let submission = self.gpu.queue.submit([commands]);
         let submit = clock.lap();
         self.gpu.check()?; // before the wait: a refused submission never finishes
         self.gpu.wait(submission)?;
         let wait = clock.lap();
-        let gpu = self.timer.as_ref().map(|timer| timer.read(&self.gpu)).transpose()?;
-        let primitives = self.counter.as_ref().map(|counter| counter.read(&self.gpu)).transpose()?;
+        let (gpu, primitives) = self.gauges.read(&self.gpu)?;
         self.gpu.check()?;
         Ok(FrameTimes { upload, encode, submit, wait, gpu, primitives, draw_calls })
     }
@@ -119,32 +118,26 @@ impl Renderer {
         }
         Err(RenderError::ViewSize { view_px: view.size_px, target_px: self.target.size_px() })
     }
+}
 
-    /// The commands of a frame, and the number of draw calls among them.
-    fn record(&self, plan: &FramePlan, buffers: &MethodBuffers, look: &Look) -> (wgpu::CommandBuffer, u32) {
-        let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
-        let (colour, depth) = (self.target.colour_view(), self.target.depth_view());
-        let timestamps = self.timer.as_ref().map(PassTimer::writes);
-        let mut pass = TerrainPass::begin(&mut encoder, &colour, &depth, look, timestamps);
-        if let Some(counter) = &self.counter {
-            counter.begin(&mut pass);
-        }
-        let mut draw_calls = self.pass.draw(&mut pass, plan, buffers);
-        if let Some(counter) = &self.counter {
-            counter.end(&mut pass);
-        }
-        if look.wireframe {
-            draw_calls += self.pass.draw_wireframe(&mut pass, plan, buffers);
-        }
-        drop(pass);
-        if let Some(timer) = &self.timer {
-            timer.resolve(&mut encoder);
-        }
-        if let Some(counter) = &self.counter {
-            counter.resolve(&mut encoder);
-        }
-        (encoder.finish(), draw_calls)
+/// The commands of a frame, and the number of draw calls among them.
+fn record(
+    gpu: &Gpu,
+    target: &Target,
+    gauges: &Gauges,
+    frame: &PreparedFrame,
+    look: &Look,
+) -> (wgpu::CommandBuffer, u32) {
+    let mut encoder = gpu.device.create_command_encoder(&Default::default());
+    let (colour, depth) = (target.colour_view(), target.depth_view());
+    let mut pass = TerrainPass::begin(&mut encoder, colour, depth, look, gauges.timestamp_writes());
+    let mut draw_calls = gauges.count(&mut pass, |pass| frame.draw(pass));
+    if look.wireframe {
+        draw_calls += frame.draw_wireframe(&mut pass);
     }
+    drop(pass);
+    gauges.resolve(&mut encoder);
+    (encoder.finish(), draw_calls)
 }
 
 /// A stopwatch with laps.

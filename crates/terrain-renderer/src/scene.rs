@@ -1,16 +1,17 @@
 //! The DEM on the GPU: a height and a normal for every sample, made once and used by every method.
 
-use terrain_core::Heightmap;
+use terrain_core::{Heightmap, Sample};
 use wgpu::{TextureFormat, TextureUsages};
 
 use crate::{Gpu, RenderError};
 
 /// The textures of one heightmap and what a frame's uniforms need to know of it.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct Scene {
     size_samples: [u32; 2],
     spacing_m: [f64; 2],
     height_range_m: [f32; 2],
+    half_light_m: f32,
     heights: wgpu::TextureView,
     normals: wgpu::TextureView,
 }
@@ -24,12 +25,13 @@ impl Scene {
             return Err(RenderError::TextureTooLarge { what: "DEM", size: size_samples, limit });
         }
         let normals: Vec<[u16; 2]> = heightmap.normals().iter().map(|[x, _, z]| [half(*x), half(*z)]).collect();
-        let low = heightmap.heights_m().iter().copied().fold(f32::INFINITY, f32::min);
-        let high = heightmap.heights_m().iter().copied().fold(f32::NEG_INFINITY, f32::max);
+        let [first, last] = [[0, 0], size_samples.map(|side| side - 1)].map(|[column, row]| Sample { column, row });
+        let [x_m, z_m] = heightmap.extent_m();
         let scene = Self {
             size_samples,
             spacing_m: heightmap.spacing_m(),
-            height_range_m: [low, high],
+            height_range_m: heightmap.height_range_m(first, last),
+            half_light_m: x_m.hypot(z_m) as f32,
             heights: texture(gpu, "heights", TextureFormat::R32Float, size_samples, heightmap.heights_m()),
             normals: texture(gpu, "normals", TextureFormat::Rg16Float, size_samples, &normals),
         };
@@ -51,8 +53,7 @@ impl Scene {
 
     /// The DEM's diagonal: thin enough to see across the whole DEM, thick enough to tell near from far.
     pub(crate) fn half_light_m(&self) -> f32 {
-        let [x, z] = [0, 1].map(|axis| (self.size_samples[axis] - 1) as f64 * self.spacing_m[axis]);
-        x.hypot(z) as f32
+        self.half_light_m
     }
 
     /// Metres, one texel a sample.

@@ -25,7 +25,7 @@ impl Submission {
     }
 }
 
-/// The indirect buffer of a pass. It grows and never shrinks, so that the steady state allocates nothing.
+/// The indirect buffer of a method. It grows and never shrinks, so that the steady state allocates nothing.
 #[derive(Debug)]
 pub(crate) struct DrawArguments {
     arguments: Vec<DrawIndexedIndirectArgs>,

@@ -13,6 +13,8 @@ pub struct Target {
     size_px: [u32; 2],
     colour: wgpu::Texture,
     depth: wgpu::Texture,
+    colour_view: wgpu::TextureView,
+    depth_view: wgpu::TextureView,
 }
 
 impl Target {
@@ -29,8 +31,9 @@ impl Target {
         }
         let colour = attachment(gpu, "colour", Self::COLOUR_FORMAT, size_px);
         let depth = attachment(gpu, "depth", Self::DEPTH_FORMAT, size_px);
+        let [colour_view, depth_view] = [&colour, &depth].map(|texture| texture.create_view(&Default::default()));
         gpu.check()?;
-        Ok(Self { size_px, colour, depth })
+        Ok(Self { size_px, colour, depth, colour_view, depth_view })
     }
 
     /// Width and height in pixels.
@@ -39,13 +42,13 @@ impl Target {
     }
 
     /// What a pass draws its colours into.
-    pub fn colour_view(&self) -> wgpu::TextureView {
-        self.colour.create_view(&Default::default())
+    pub fn colour_view(&self) -> &wgpu::TextureView {
+        &self.colour_view
     }
 
     /// What a pass draws its depths into.
-    pub fn depth_view(&self) -> wgpu::TextureView {
-        self.depth.create_view(&Default::default())
+    pub fn depth_view(&self) -> &wgpu::TextureView {
+        &self.depth_view
     }
 
     /// The picture as it was drawn last.

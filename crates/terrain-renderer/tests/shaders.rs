@@ -28,25 +28,72 @@ fn every_shader_is_valid() {
     }
 }
 
+/// Name, offset, scalar kind, and size in bytes of a member.
+type Member<'a> = (&'a str, usize, naga::ScalarKind, usize);
+
+/// The members of a struct of scalars, vectors and matrices, and its size in bytes.
+fn members<'a>(module: &'a naga::Module, name: &str) -> (Vec<Member<'a>>, usize) {
+    let (_, ty) = module.types.iter().find(|(_, ty)| ty.name.as_deref() == Some(name)).unwrap();
+    let naga::TypeInner::Struct { members, span } = &ty.inner else { panic!("{name} is no struct") };
+    let member = |member: &'a naga::StructMember| {
+        let inner = &module.types[member.ty].inner;
+        let size = inner.size(module.to_ctx()) as usize;
+        (member.name.as_deref().unwrap(), member.offset as usize, inner.scalar_kind().unwrap(), size)
+    };
+    (members.iter().map(member).collect(), *span as usize)
+}
+
+/// The scalars that a field of [`FrameUniforms`] may be made of.
+trait Scalar {
+    const KIND: naga::ScalarKind;
+}
+
+impl Scalar for f32 {
+    const KIND: naga::ScalarKind = naga::ScalarKind::Float;
+}
+impl Scalar for i32 {
+    const KIND: naga::ScalarKind = naga::ScalarKind::Sint;
+}
+impl Scalar for u32 {
+    const KIND: naga::ScalarKind = naga::ScalarKind::Uint;
+}
+impl<T: Scalar, const N: usize> Scalar for [T; N] {
+    const KIND: naga::ScalarKind = T::KIND;
+}
+
+/// A field's row of the comparison.
+fn field<'a, T: Scalar>(name: &'a str, offset: usize, value: &T) -> Member<'a> {
+    (name, offset, T::KIND, size_of_val(value))
+}
+
+macro_rules! fields {
+    ($($name:ident),*) => {{
+        let frame: FrameUniforms = bytemuck::Zeroable::zeroed();
+        [$(field(stringify!($name), offset_of!(FrameUniforms, $name), &frame.$name)),*]
+    }};
+}
+
 #[test]
 fn frame_uniforms_have_the_layout_of_the_shader() {
     let (name, source) = shaders().into_iter().find(|(name, _)| name.ends_with("terrain.wgsl")).unwrap();
     let module = parse(&name, &source);
-    let (_, frame) = module.types.iter().find(|(_, ty)| ty.name.as_deref() == Some("Frame")).unwrap();
-    let naga::TypeInner::Struct { members, span } = &frame.inner else { panic!("Frame is no struct") };
-    let in_wgsl: Vec<_> = members.iter().map(|m| (m.name.as_deref().unwrap(), m.offset as usize)).collect();
-    let in_rust = [
-        ("clip_from_eye", offset_of!(FrameUniforms, clip_from_eye)),
-        ("eye_sample", offset_of!(FrameUniforms, eye_sample)),
-        ("eye_remainder_m", offset_of!(FrameUniforms, eye_remainder_m)),
-        ("spacing_m", offset_of!(FrameUniforms, spacing_m)),
-        ("last_sample", offset_of!(FrameUniforms, last_sample)),
-        ("height_range_m", offset_of!(FrameUniforms, height_range_m)),
-        ("eye_height_m", offset_of!(FrameUniforms, eye_height_m)),
-        ("half_light_m", offset_of!(FrameUniforms, half_light_m)),
-        ("haze_colour", offset_of!(FrameUniforms, haze_colour)),
-        ("colour", offset_of!(FrameUniforms, colour)),
-    ];
+    let (in_wgsl, span) = members(&module, "Frame");
+    let in_rust = fields!(
+        clip_from_eye,
+        eye_sample,
+        eye_remainder_m,
+        spacing_m,
+        last_sample,
+        height_range_m,
+        eye_height_m,
+        half_light_m,
+        haze_colour,
+        colour,
+        normals,
+        spacing_px_at_1_m,
+        mean_leg_px,
+        padding
+    );
     assert_eq!(in_wgsl, in_rust);
-    assert_eq!(*span as usize, size_of::<FrameUniforms>());
+    assert_eq!(span, size_of::<FrameUniforms>());
 }

@@ -1,7 +1,10 @@
 //! Small terrains and hand-made plans for the tests of this crate: no method is involved.
 #![allow(dead_code)] // Every test file compiles its own copy and uses a part of it.
 
+pub mod shot;
+
 use std::f64::consts::FRAC_PI_2;
+use std::io::Write;
 
 use terrain_core::{
     BakedVertex, Buffer, BufferSizes, Camera, Draw, FramePlan, Heightmap, Lens, LocalVertex, PatchInstance, PatchTag,
@@ -24,7 +27,9 @@ pub fn adapter() -> Option<Gpu> {
 }
 
 fn skip(why: &str) -> Option<Gpu> {
-    println!("skipped: {why}");
+    // Not `eprintln!`, which the test harness captures.
+    let mut stderr = std::io::stderr();
+    writeln!(stderr, "skipped: {why}").unwrap();
     None
 }
 
@@ -85,16 +90,11 @@ pub fn baked_grid(heightmap: &Heightmap, quads_per_draw: usize) -> Mesh {
 
 /// The same triangles as [`baked_grid`], as instances of one square patch that reach over the rim.
 pub fn displaced_grid(heightmap: &Heightmap, quads: u16) -> Mesh {
-    displaced(heightmap, quads, 1)
+    coarse_grid(heightmap, quads, 1)
 }
 
-/// One triangle pair for every square of `step` x `step` quads, clamped to the rim.
-pub fn coarse_grid(heightmap: &Heightmap, step: i16) -> Mesh {
-    displaced(heightmap, 4, step)
-}
-
-/// Instances of one square patch of `quads` x `quads` squares with legs of `step` samples, numbered row by row.
-fn displaced(heightmap: &Heightmap, quads: u16, step: i16) -> Mesh {
+/// Instances of one patch of `quads` x `quads` squares, each with a side of `step` samples, numbered row by row.
+pub fn coarse_grid(heightmap: &Heightmap, quads: u16, step: i16) -> Mesh {
     let side = u32::from(quads) + 1;
     let vertices: Vec<_> = (0..=quads).flat_map(|v| (0..=quads).map(move |u| LocalVertex { uv: [u, v] })).collect();
     let indices = grid_indices(side, side);

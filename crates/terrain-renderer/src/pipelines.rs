@@ -1,0 +1,179 @@
+//! The pipelines of `shaders/terrain.wgsl` and what they bind.
+//!
+//! | pipeline | vertex entry point | fragment entry point | depth |
+//! |---|---|---|---|
+//! | baked | `vertex_baked` | `fragment_terrain` | tested and written |
+//! | displaced | `vertex_displaced` | `fragment_terrain` | tested and written |
+//! | the same as lines | the same | `fragment_wireframe` | a little nearer, tested |
+
+use terrain_core::{BakedVertex, LocalVertex, PatchInstance, VertexKind};
+use wgpu::{ShaderStages, TextureFormat, VertexStepMode, vertex_attr_array};
+
+use crate::{FrameUniforms, Gpu, Scene, Target};
+
+const SHADER: &str = include_str!("../../../shaders/terrain.wgsl");
+
+/// The pipelines of one vertex kind.
+#[derive(Debug)]
+pub(crate) struct Pipelines {
+    pub(crate) fill: wgpu::RenderPipeline,
+    /// Only on adapters that can draw triangles as lines.
+    pub(crate) lines: Option<wgpu::RenderPipeline>,
+}
+
+/// Group 0 of the shader: uniforms, heights, normals, and the sampler of the normals.
+pub(crate) fn binding_layout(device: &wgpu::Device) -> wgpu::BindGroupLayout {
+    let entry = |binding, visibility, ty| wgpu::BindGroupLayoutEntry { binding, visibility, ty, count: None };
+    let texture = |filterable| wgpu::BindingType::Texture {
+        sample_type: wgpu::TextureSampleType::Float { filterable },
+        view_dimension: wgpu::TextureViewDimension::D2,
+        multisampled: false,
+    };
+    let uniforms = wgpu::BindingType::Buffer {
+        ty: wgpu::BufferBindingType::Uniform,
+        has_dynamic_offset: false,
+        min_binding_size: wgpu::BufferSize::new(size_of::<FrameUniforms>() as u64),
+    };
+    device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+        label: Some("terrain"),
+        entries: &[
+            entry(0, ShaderStages::VERTEX_FRAGMENT, uniforms),
+            entry(1, ShaderStages::VERTEX, texture(false)),
+            entry(2, ShaderStages::VERTEX_FRAGMENT, texture(true)),
+            entry(3, ShaderStages::FRAGMENT, wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering)),
+        ],
+    })
+}
+
+pub(crate) fn bindings(
+    device: &wgpu::Device,
+    layout: &wgpu::BindGroupLayout,
+    uniforms: &wgpu::Buffer,
+    scene: &Scene,
+) -> wgpu::BindGroup {
+    let bilinear = device.create_sampler(&wgpu::SamplerDescriptor {
+        label: Some("bilinear"),
+        mag_filter: wgpu::FilterMode::Linear,
+        min_filter: wgpu::FilterMode::Linear,
+        ..Default::default()
+    });
+    let entry = |binding, resource| wgpu::BindGroupEntry { binding, resource };
+    device.create_bind_group(&wgpu::BindGroupDescriptor {
+        label: Some("terrain"),
+        layout,
+        entries: &[
+            entry(0, uniforms.as_entire_binding()),
+            entry(1, wgpu::BindingResource::TextureView(scene.heights())),
+            entry(2, wgpu::BindingResource::TextureView(scene.normals())),
+            entry(3, wgpu::BindingResource::Sampler(&bilinear)),
+        ],
+    })
+}
+
+/// The darker of two colours, channel by channel: the order of drawing leaves no trace. (Maximum of alpha, so that a
+/// line over a transparent background is seen.)
+const DARKER: wgpu::BlendState =
+    wgpu::BlendState { color: component(wgpu::BlendOperation::Min), alpha: component(wgpu::BlendOperation::Max) };
+
+const fn component(operation: wgpu::BlendOperation) -> wgpu::BlendComponent {
+    wgpu::BlendComponent { src_factor: wgpu::BlendFactor::One, dst_factor: wgpu::BlendFactor::One, operation }
+}
+
+/// Reversed depth: nearer is greater. Lines are tested against the finished terrain and not against each other.
+///
+/// A line passes up to half a pixel beside the centres of the pixels that it covers, and the terrain's depth is that of
+/// the centres. So a line is pulled nearer by what its triangle's depth changes over a pixel and a half.
+fn depth_state(as_lines: bool) -> wgpu::DepthStencilState {
+    let pulled = wgpu::DepthBiasState { constant: 4, slope_scale: 1.5, clamp: 0.0 };
+    wgpu::DepthStencilState {
+        format: Target::DEPTH_FORMAT,
+        depth_write_enabled: Some(!as_lines),
+        depth_compare: Some(wgpu::CompareFunction::Greater),
+        stencil: wgpu::StencilState::default(),
+        bias: if as_lines { pulled } else { wgpu::DepthBiasState::default() },
+    }
+}
+
+/// What all pipelines share.
+pub(crate) struct PipelineFactory<'a> {
+    gpu: &'a Gpu,
+    shader: wgpu::ShaderModule,
+    layout: wgpu::PipelineLayout,
+    colour_format: TextureFormat,
+}
+
+impl<'a> PipelineFactory<'a> {
+    pub(crate) fn new(gpu: &'a Gpu, binding_layout: &wgpu::BindGroupLayout, colour_format: TextureFormat) -> Self {
+        let shader = gpu.device.create_shader_module(wgpu::ShaderModuleDescriptor {
+            label: Some("terrain.wgsl"),
+            source: wgpu::ShaderSource::Wgsl(SHADER.into()),
+        });
+        let layout = gpu.device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+            label: Some("terrain"),
+            bind_group_layouts: &[Some(binding_layout)],
+            immediate_size: 0,
+        });
+        Self { gpu, shader, layout, colour_format }
+    }
+
+    pub(crate) fn pipelines(&self, kind: VertexKind) -> Pipelines {
+        let lines = || self.pipeline(kind, wgpu::PolygonMode::Line);
+        Pipelines { fill: self.pipeline(kind, wgpu::PolygonMode::Fill), lines: self.gpu.facts().wireframe.then(lines) }
+    }
+
+    fn pipeline(&self, kind: VertexKind, polygon_mode: wgpu::PolygonMode) -> wgpu::RenderPipeline {
+        let as_lines = polygon_mode == wgpu::PolygonMode::Line;
+        let fragment = if as_lines { "fragment_wireframe" } else { "fragment_terrain" };
+        let target = wgpu::ColorTargetState {
+            format: self.colour_format,
+            blend: as_lines.then_some(DARKER),
+            write_mask: wgpu::ColorWrites::ALL,
+        };
+        self.gpu.device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+            label: Some(fragment),
+            layout: Some(&self.layout),
+            vertex: self.vertex_state(kind, &[("as_lines", f64::from(u8::from(as_lines)))]),
+            primitive: wgpu::PrimitiveState { cull_mode: Some(wgpu::Face::Back), polygon_mode, ..Default::default() },
+            depth_stencil: Some(depth_state(as_lines)),
+            multisample: wgpu::MultisampleState::default(),
+            fragment: Some(wgpu::FragmentState {
+                module: &self.shader,
+                entry_point: Some(fragment),
+                compilation_options: Default::default(),
+                targets: &[Some(target)],
+            }),
+            multiview_mask: None,
+            cache: None,
+        })
+    }
+
+    fn vertex_state<'b>(&'b self, kind: VertexKind, constants: &'b [(&'b str, f64)]) -> wgpu::VertexState<'b> {
+        const BAKED: &[Option<wgpu::VertexBufferLayout<'static>>] = &[Some(wgpu::VertexBufferLayout {
+            array_stride: size_of::<BakedVertex>() as u64,
+            step_mode: VertexStepMode::Vertex,
+            attributes: &vertex_attr_array![0 => Uint16x2, 1 => Float32],
+        })];
+        const DISPLACED: &[Option<wgpu::VertexBufferLayout<'static>>] = &[
+            Some(wgpu::VertexBufferLayout {
+                array_stride: size_of::<LocalVertex>() as u64,
+                step_mode: VertexStepMode::Vertex,
+                attributes: &vertex_attr_array![0 => Uint16x2],
+            }),
+            Some(wgpu::VertexBufferLayout {
+                array_stride: size_of::<PatchInstance>() as u64,
+                step_mode: VertexStepMode::Instance,
+                attributes: &vertex_attr_array![1 => Sint32x2, 2 => Sint16x2, 3 => Sint16x2, 4 => Uint32],
+            }),
+        ];
+        let (entry_point, buffers) = match kind {
+            VertexKind::Baked => ("vertex_baked", BAKED),
+            VertexKind::Displaced => ("vertex_displaced", DISPLACED),
+        };
+        wgpu::VertexState {
+            module: &self.shader,
+            entry_point: Some(entry_point),
+            compilation_options: wgpu::PipelineCompilationOptions { constants, ..Default::default() },
+            buffers,
+        }
+    }
+}
