@@ -30,21 +30,17 @@ const NORMALS_PER_VERTEX = 1u;
 @group(0) @binding(2) var normals: texture_2d<f32>;
 @group(0) @binding(3) var bilinear: sampler;
 
-// Whether triangles are drawn as lines.
-override as_lines: bool = false;
-
 struct Corner {
     @builtin(position) @invariant position_clip: vec4<f32>,
     // Metres from the eye, along the world's axes.
     @location(0) position_eye: vec3<f32>,
-    // Column and row.
-    @location(1) at: vec2<f32>,
+    // Where the normal comes from: column and row, or x and z of the vertex's own. One member for either, since every
+    // interpolated number costs time.
+    @location(1) normal_source: vec2<f32>,
     // Height in metres.
     @location(2) height_m: f32,
     // A `PatchTag`.
     @location(3) @interpolate(flat) tag: u32,
-    // The DEM's normal at the vertex, where it is asked for.
-    @location(4) normal: vec3<f32>,
 }
 
 // ---- vertices --------------------------------------------------------------------------------------------------------
@@ -54,11 +50,11 @@ fn corner(column_row: vec2<i32>, height_m: f32, tag: u32) -> Corner {
     let ground_m = vec2<f32>(column_row - frame.eye_sample) * frame.spacing_m - frame.eye_remainder_m;
     let position_eye = vec3<f32>(ground_m.x, height_m - frame.eye_height_m, ground_m.y);
     let position_clip = frame.clip_from_eye * vec4<f32>(position_eye, 1.0);
-    var normal = vec3<f32>(0.0);
-    if as_lines || frame.normals == NORMALS_PER_VERTEX {
-        normal = normal_of(textureLoad(normals, column_row, 0).xy);
+    var normal_source = vec2<f32>(column_row);
+    if frame.normals == NORMALS_PER_VERTEX {
+        normal_source = textureLoad(normals, column_row, 0).xy;
     }
-    return Corner(position_clip, position_eye, vec2<f32>(column_row), height_m, tag, normal);
+    return Corner(position_clip, position_eye, normal_source, height_m, tag);
 }
 
 // `BakedVertex`; the instance index is the tag.
@@ -88,17 +84,13 @@ fn vertex_displaced(
 
 // ---- colours ---------------------------------------------------------------------------------------------------------
 
-// The texture holds x and z of unit normals, which all point upwards.
-fn normal_of(xz: vec2<f32>) -> vec3<f32> {
-    return normalize(vec3<f32>(xz.x, sqrt(max(1.0 - dot(xz, xz), 0.0)), xz.y));
-}
-
-// Normals come from the DEM. Read at every pixel, they do not change with the mesh.
-fn unit_normal(in: Corner) -> vec3<f32> {
-    if frame.normals == NORMALS_PER_VERTEX {
-        return normalize(in.normal);
+// Normals come from the DEM, which knows x and z of each. Read at every pixel, they do not change with the mesh.
+fn unit_normal(source: vec2<f32>) -> vec3<f32> {
+    var xz = source;
+    if frame.normals != NORMALS_PER_VERTEX {
+        xz = textureSample(normals, bilinear, (source + 0.5) / vec2<f32>(textureDimensions(normals))).xy;
     }
-    return normal_of(textureSample(normals, bilinear, (in.at + 0.5) / vec2<f32>(textureDimensions(normals))).xy);
+    return normalize(vec3<f32>(xz.x, sqrt(max(1.0 - dot(xz, xz), 0.0)), xz.y));
 }
 
 // Meadow, dry grass, scree and snow by height; bare rock where it is steep.
@@ -153,8 +145,7 @@ fn haze(position_eye: vec3<f32>) -> f32 {
     return 1.0 - exp2(-distance * distance);
 }
 
-fn lit(in: Corner) -> vec3<f32> {
-    let normal = unit_normal(in);
+fn lit(in: Corner, normal: vec3<f32>) -> vec3<f32> {
     return surface_colour(in, normal) * light(normal);
 }
 
@@ -164,23 +155,24 @@ fn hazed(colour: vec3<f32>, position_eye: vec3<f32>) -> vec4<f32> {
 
 @fragment
 fn fragment_terrain(in: Corner) -> @location(0) vec4<f32> {
-    return hazed(lit(in), in.position_eye);
+    return hazed(lit(in, unit_normal(in.normal_source)), in.position_eye);
 }
 
 // ---- wireframe -------------------------------------------------------------------------------------------------------
 
 // Pixels between neighbouring lines, roughly. A leg is as long as the spacing or as the mean of all triangles in the
 // picture, whichever is longer; then it is foreshortened by the slope against the view ray.
-fn line_gap_px(in: Corner) -> f32 {
-    let distance_m = length(in.position_eye);
+fn line_gap_px(position_eye: vec3<f32>, normal: vec3<f32>) -> f32 {
+    let distance_m = length(position_eye);
     let leg_px = max(frame.spacing_px_at_1_m / distance_m, frame.mean_leg_px);
-    return leg_px * abs(dot(normalize(in.normal), in.position_eye)) / distance_m;
+    return leg_px * abs(dot(normal, position_eye)) / distance_m;
 }
 
 // Lines fade into the terrain where they would merge into a black mass. The blending takes the darker of the line and
 // what is there already, so that it does not matter which line is drawn first.
 @fragment
 fn fragment_wireframe(in: Corner) -> @location(0) vec4<f32> {
-    let opacity = 0.75 * smoothstep(0.4, 3.0, line_gap_px(in));
-    return hazed(mix(lit(in), vec3<f32>(0.012, 0.018, 0.035), opacity), in.position_eye);
+    let normal = unit_normal(in.normal_source);
+    let opacity = 0.75 * smoothstep(0.4, 3.0, line_gap_px(in.position_eye, normal));
+    return hazed(mix(lit(in, normal), vec3<f32>(0.012, 0.018, 0.035), opacity), in.position_eye);
 }

@@ -31,7 +31,7 @@ pub struct Look {
     /// Where the normals are read.
     pub normals: Normals,
     /// Draw the triangles' edges over the terrain: the plan is then drawn twice. Edges fade where triangles are only
-    /// a few pixels high.
+    /// a few pixels high. On GL they have gaps: wgpu's depth bias is for filled triangles alone there.
     pub wireframe: bool,
     /// Colour where there is no terrain: linear red, green, blue, alpha, each 0 to 1.
     pub background: [f32; 4],

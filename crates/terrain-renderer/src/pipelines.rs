@@ -132,7 +132,7 @@ impl<'a> PipelineFactory<'a> {
         self.gpu.device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
             label: Some(fragment),
             layout: Some(&self.layout),
-            vertex: self.vertex_state(kind, &[("as_lines", f64::from(u8::from(as_lines)))]),
+            vertex: self.vertex_state(kind),
             primitive: wgpu::PrimitiveState { cull_mode: Some(wgpu::Face::Back), polygon_mode, ..Default::default() },
             depth_stencil: Some(depth_state(as_lines)),
             multisample: wgpu::MultisampleState::default(),
@@ -147,7 +147,7 @@ impl<'a> PipelineFactory<'a> {
         })
     }
 
-    fn vertex_state<'b>(&'b self, kind: VertexKind, constants: &'b [(&'b str, f64)]) -> wgpu::VertexState<'b> {
+    fn vertex_state(&self, kind: VertexKind) -> wgpu::VertexState<'_> {
         const BAKED: &[Option<wgpu::VertexBufferLayout<'static>>] = &[Some(wgpu::VertexBufferLayout {
             array_stride: size_of::<BakedVertex>() as u64,
             step_mode: VertexStepMode::Vertex,
@@ -172,7 +172,7 @@ impl<'a> PipelineFactory<'a> {
         wgpu::VertexState {
             module: &self.shader,
             entry_point: Some(entry_point),
-            compilation_options: wgpu::PipelineCompilationOptions { constants, ..Default::default() },
+            compilation_options: Default::default(),
             buffers,
         }
     }

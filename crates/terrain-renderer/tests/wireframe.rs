@@ -3,14 +3,16 @@
 mod hills;
 
 use hills::shot::{is_background, shaded, shoot};
-use hills::{Mesh, SIZE_PX, SPACING_M, adapter, baked_grid, coarse_grid, displaced_grid, oblique, view};
+use hills::{Mesh, SIZE_PX, SPACING_M, adapter, baked_grid, coarse_grid, displaced_grid, oblique, skip, view};
 use image::RgbaImage;
 use terrain_core::{Heightmap, View};
 use terrain_renderer::{Colour, Gpu, Look, Submission};
 
-/// The machine's adapter, if it can draw lines.
+/// The machine's adapter, if it can draw lines over triangles. (wgpu gives a depth bias to triangles alone on GL.)
 fn line_adapter() -> Option<Gpu> {
-    adapter().filter(|gpu| gpu.facts().wireframe)
+    let gpu = adapter()?;
+    let facts = gpu.facts();
+    if facts.wireframe && facts.backend != "gl" { Some(gpu) } else { skip("no lines, or no depth bias for them") }
 }
 
 fn picture(gpu: &Gpu, dem: &Heightmap, mesh: &Mesh, view: &View, colour: Colour, wireframe: bool) -> RgbaImage {
@@ -66,7 +68,13 @@ fn lines_on_flat_ground_have_no_gaps() {
         let pixels = edges(&view, 24..64, 64, 8).into_iter().flat_map(covered);
         let pixels: Vec<_> = pixels.filter(|either| either.iter().all(|pixel| inside(*pixel))).collect();
         let gaps: Vec<_> = pixels.iter().filter(|either| !either.iter().any(|pixel| changed(*pixel))).collect();
-        assert!(gaps.is_empty() && pixels.len() > 1000, "of {} pixels, gaps at {gaps:?}", pixels.len());
+        assert!(
+            gaps.is_empty() && pixels.len() > 1000,
+            "{} gaps of {} pixels, the first at {:?}",
+            gaps.len(),
+            pixels.len(),
+            gaps.first()
+        );
     }
 }
 

@@ -26,7 +26,8 @@ pub fn adapter() -> Option<Gpu> {
     }
 }
 
-fn skip(why: &str) -> Option<Gpu> {
+/// Says on the terminal why a test is skipped.
+pub fn skip(why: &str) -> Option<Gpu> {
     // Not `eprintln!`, which the test harness captures.
     let mut stderr = std::io::stderr();
     writeln!(stderr, "skipped: {why}").unwrap();
