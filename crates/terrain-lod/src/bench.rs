@@ -72,6 +72,9 @@ fn open_gpu(args: &BenchArgs) -> Result<Option<Gpu>, Fault> {
     }
     match Gpu::headless(&args.adapter.choice()) {
         Err(RenderError::NoAdapter { .. }) if args.dry_run && args.adapter.is_open() => Ok(None),
+        Ok(gpu) if gpu.facts().backend == "noop" => {
+            Err(Fault::usage("the backend noop draws nothing, so there is nothing to measure; leave it to tests"))
+        }
         gpu => Ok(Some(gpu?)),
     }
 }

@@ -37,7 +37,7 @@ pub enum Command {
     /// Write the mesh of one frame, of the whole DEM, as binary PLY
     #[command(after_help = EXAMPLES)]
     Mesh(MeshArgs),
-    /// List the graphics adapters; exit code 5 where there is none
+    /// List the graphics adapters, * marks the one that is taken; exit code 5 where none would be
     Adapters(AdapterArgs),
 }
 

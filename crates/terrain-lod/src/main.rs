@@ -23,9 +23,11 @@ use std::process::ExitCode;
 
 use clap::Parser;
 use clap::error::ErrorKind;
+use terrain_renderer::{AdapterFacts, ListedAdapter};
 
 use crate::cli::{Cli, Command};
 use crate::fault::{Cause, Fault};
+use crate::output::print;
 
 fn main() -> ExitCode {
     let cli = match Cli::try_parse() {
@@ -63,9 +65,19 @@ fn refuse(error: &clap::Error) -> ExitCode {
     ExitCode::from(Cause::Usage as u8)
 }
 
+/// Lists all adapters with a mark at the one that the bench takes; xtask goes by the exit code.
 fn list_adapters(args: &cli::AdapterArgs) -> Result<(), Fault> {
-    let gpu = terrain_renderer::Gpu::headless(&args.choice())?;
-    let facts = gpu.facts();
-    println!("{} ({}, {}), {}", facts.name, facts.adapter_type, facts.backend, facts.driver);
-    Ok(())
+    let describe = |adapter: &ListedAdapter| {
+        let AdapterFacts { name, adapter_type, backend, driver, .. } = &adapter.facts;
+        let mark = if adapter.chosen { "*" } else { " " };
+        format!("{mark} {name} ({adapter_type}, {backend}), {driver}\n")
+    };
+    let adapters = args.choice().list()?;
+    print(&adapters.iter().map(describe).collect::<String>())?;
+    match adapters.iter().any(|adapter| adapter.chosen) {
+        true => Ok(()),
+        false => {
+            Err(Fault::new(Cause::Gpu, "none of these would be chosen; install a Vulkan driver, or name one of them"))
+        }
+    }
 }
