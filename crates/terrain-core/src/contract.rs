@@ -59,6 +59,18 @@ impl<'a> Twins<'a> {
     }
 }
 
+/// The part of the contract that also holds while updates race the camera (point 3 and those it rests on): walks
+/// `frames` frames and panics where one is not whole.
+pub fn check_live(heightmap: &Heightmap, mut method: Box<dyn LodMethod>, seed: u64, frames: u32) {
+    method.set_culling(false);
+    let mut whole = Subject::new(method, heightmap);
+    for (frame, view) in RandomWalk::new(seed, heightmap).take(frames as usize).enumerate() {
+        let at = format!("{}, live, seed {seed}, frame {frame}", whole.method.name());
+        whole.plan(&view, &at);
+        whole.assert_covers_the_dem(&at);
+    }
+}
+
 /// Equal in all that reaches the GPU; work reports hold times.
 fn same_bytes(a: &FramePlan, b: &FramePlan) -> bool {
     (&a.uploads, &a.bytes, &a.draws) == (&b.uploads, &b.bytes, &b.draws)

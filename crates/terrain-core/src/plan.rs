@@ -104,6 +104,8 @@ pub struct WorkReport {
     pub triangulate: Duration,
     /// Duration of the whole update (Bertilsson and Goswami 2016, Table 2).
     pub update: Duration,
+    /// From asking for the update to the plan that draws it; 0 where the plan made it.
+    pub latency: Duration,
 }
 
 /// Everything that a method wants the GPU to do this frame. Reused from frame to frame.
@@ -117,6 +119,8 @@ pub struct FramePlan {
     pub draws: Vec<Draw>,
     /// Updates that finished since the last frame.
     pub work: Vec<WorkReport>,
+    /// Patches drawn for an older view than this frame's, since their updates have not finished.
+    pub stale_patches: u32,
 }
 
 impl FramePlan {
@@ -126,6 +130,7 @@ impl FramePlan {
         self.bytes.clear();
         self.draws.clear();
         self.work.clear();
+        self.stale_patches = 0;
     }
 
     /// Adds a write of plain values at a byte offset. Nothing is added for an empty slice.

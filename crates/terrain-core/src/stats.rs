@@ -17,6 +17,8 @@ pub struct FrameStats {
     pub index_bytes_used: u64,
     /// Patches triangulated anew in the updates that finished since the last frame.
     pub updated_patches: u64,
+    /// Patches drawn for an older view than this frame's.
+    pub stale_patches: u64,
 }
 
 impl FrameStats {
@@ -29,6 +31,7 @@ impl FrameStats {
             index_bytes_used: size_of::<u32>() as u64
                 * union_length(plan.draws.iter().map(|draw| draw.indices.clone())),
             updated_patches: plan.work.iter().map(|work| work.patches as u64).sum(),
+            stale_patches: plan.stale_patches.into(),
         }
     }
 }
@@ -58,9 +61,16 @@ mod tests {
         plan.draws.push(Draw { indices: 0..6, base_vertex: 0, instances: 7..8 });
         plan.draws.push(Draw { indices: 3..12, base_vertex: 4, instances: 0..10 });
         plan.draws.push(Draw { indices: 0..6, base_vertex: 9, instances: 8..9 });
+        plan.stale_patches = 2;
         plan.work.push(WorkReport { patches: 3, ..Default::default() });
-        let expected =
-            FrameStats { triangles: 34, draws: 3, upload_bytes: 68, index_bytes_used: 48, updated_patches: 3 };
+        let expected = FrameStats {
+            triangles: 34,
+            draws: 3,
+            upload_bytes: 68,
+            index_bytes_used: 48,
+            updated_patches: 3,
+            stale_patches: 2,
+        };
         assert_eq!(FrameStats::of(&plan), expected);
     }
 }

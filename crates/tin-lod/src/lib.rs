@@ -17,12 +17,17 @@
 //! | asynchronous update (4) | not yet: a plan waits for its update |
 //! | smoothing of selected heights (3.3, last paragraph) | not yet |
 
+mod cull;
+mod mesh;
 mod method;
 mod options;
 mod patches;
 mod select;
 mod triangulate;
-mod update;
+mod worker;
+
+#[cfg(test)]
+mod live_tests;
 
 pub use method::Tin;
-pub use options::{Options, TinError};
+pub use options::{EdgePolicy, Options, Schedule, TinError};

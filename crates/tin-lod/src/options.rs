@@ -1,5 +1,25 @@
 //! What a user may choose.
 
+/// Which edges follow when a patch is selected anew.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum EdgePolicy {
+    /// All four. The neighbour of an edge that changes is triangulated in the same update and swapped in the same plan.
+    #[default]
+    Matched,
+    /// The paper's (section 3.2): an edge keeps its state until both of its patches are updated for the same request.
+    Paper,
+}
+
+/// When patches are updated.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Schedule {
+    /// In the plan, which waits for it: what is drawn fits the view, and is the same every time.
+    #[default]
+    Blocking,
+    /// Behind the plans, by a worker thread (the paper's Algorithm 2): no plan waits, and what is drawn may be stale.
+    Live,
+}
+
 /// Options of the method.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Options {
@@ -11,13 +31,24 @@ pub struct Options {
     pub tolerance_px: f64,
     /// Largest distance between selected samples in grid intervals, 1 to `patch`. Default (`None`) half a patch.
     pub max_spacing: Option<u32>,
+    /// Which edges follow a patch. Default [`EdgePolicy::Matched`].
+    pub edge_policy: EdgePolicy,
+    /// When patches are updated. Default [`Schedule::Blocking`].
+    pub schedule: Schedule,
     /// Threads that triangulate, 1 or more. Default 1. The result does not depend on it.
     pub threads: usize,
 }
 
 impl Default for Options {
     fn default() -> Self {
-        Self { patch: 32, tolerance_px: 1.0, max_spacing: None, threads: 1 }
+        Self {
+            patch: 32,
+            tolerance_px: 1.0,
+            max_spacing: None,
+            edge_policy: EdgePolicy::default(),
+            schedule: Schedule::default(),
+            threads: 1,
+        }
     }
 }
 

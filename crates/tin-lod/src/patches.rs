@@ -94,6 +94,11 @@ impl PatchGrid {
         self.across * self.down
     }
 
+    /// Patches along x and z.
+    pub fn size(&self) -> [u32; 2] {
+        [self.across, self.down]
+    }
+
     pub fn edges(&self) -> u32 {
         self.horizontal_edges() + self.down * (self.across + 1)
     }

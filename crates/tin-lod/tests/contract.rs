@@ -5,7 +5,7 @@ use std::sync::Arc;
 use terrain_core::walk::RandomWalk;
 use terrain_core::{FramePlan, Heightmap, LodMethod, SplitMix64, contract};
 use terrain_dem::synthetic;
-use tin_lod::{Options, Tin};
+use tin_lod::{EdgePolicy, Options, Tin};
 
 fn check(dem: Heightmap, options: Options, seed: u64, frames: u32) {
     let dem = Arc::new(dem);
@@ -28,6 +28,12 @@ fn tolerances_and_spacings() {
         let options = Options { tolerance_px, max_spacing, patch: 16, ..Default::default() };
         check(synthetic::generate(120, 97, 3), options, 11, 60);
     }
+}
+
+#[test]
+fn the_papers_edges() {
+    let options = Options { patch: 16, edge_policy: EdgePolicy::Paper, ..Default::default() };
+    check(synthetic::generate(193, 130, 5), options, 13, 100);
 }
 
 #[test]

@@ -1,0 +1,69 @@
+//! The live schedule under random delays of the worker: every frame is whole, whatever has finished.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::{Duration, Instant};
+
+use terrain_core::walk::RandomWalk;
+use terrain_core::{FramePlan, Heightmap, LodMethod, SplitMix64, contract};
+use terrain_dem::synthetic;
+
+use crate::{EdgePolicy, Options, Schedule, Tin};
+
+/// Up to 2 ms, by lot; often none.
+fn random_delay() {
+    static STATE: AtomicU64 = AtomicU64::new(0);
+    let lot = SplitMix64::mix(STATE.fetch_add(1, Ordering::Relaxed));
+    if lot.is_multiple_of(3) {
+        std::thread::sleep(Duration::from_micros(lot >> 32 & 2047));
+    }
+}
+
+fn live(dem: &Arc<Heightmap>, options: Options) -> Tin {
+    Tin::with_delays(dem.clone(), Options { schedule: Schedule::Live, ..options }, random_delay).unwrap()
+}
+
+#[test]
+fn every_frame_is_whole_with_updates_half_done() {
+    let dem = Arc::new(synthetic::generate(150, 131, 4));
+    for (threads, edge_policy) in [(1, EdgePolicy::Matched), (2, EdgePolicy::Paper), (8, EdgePolicy::Matched)] {
+        let options = Options { patch: 8, threads, edge_policy, ..Default::default() };
+        contract::check_live(&dem, Box::new(live(&dem, options)), threads as u64, 1_000);
+    }
+}
+
+/// Plans the same view until nothing is stale.
+fn settle(tin: &mut Tin, view: &terrain_core::View, plan: &mut FramePlan) {
+    let start = Instant::now();
+    tin.plan(view, plan);
+    while plan.stale_patches > 0 {
+        assert!(start.elapsed() < Duration::from_secs(60), "the worker does not catch up");
+        std::thread::sleep(Duration::from_millis(1));
+        tin.plan(view, plan);
+    }
+}
+
+#[test]
+fn the_worker_catches_up_when_the_camera_rests() {
+    let dem = Arc::new(synthetic::generate(193, 250, 7));
+    let mut tin = live(&dem, Options { patch: 16, ..Default::default() });
+    let (mut plan, mut stale) = (FramePlan::default(), 0);
+    for (i, view) in RandomWalk::new(3, &dem).take(200).enumerate() {
+        tin.plan(&view, &mut plan);
+        stale += plan.stale_patches;
+        assert!(plan.work.iter().all(|work| work.latency < Duration::from_secs(60)));
+        if i % 50 == 49 {
+            settle(&mut tin, &view, &mut plan);
+        }
+    }
+    assert!(stale > 0, "a worker that is never behind is none");
+}
+
+#[test]
+fn a_method_that_is_dropped_in_the_middle_of_an_update_ends_its_worker() {
+    let dem = Arc::new(synthetic::generate(97, 97, 1));
+    for view in RandomWalk::new(5, &dem).take(50) {
+        let mut tin = live(&dem, Options { patch: 8, ..Default::default() });
+        tin.plan(&view, &mut FramePlan::default());
+    }
+}

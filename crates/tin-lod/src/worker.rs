@@ -1,0 +1,165 @@
+//! The paper's asynchronous thread (section 4): it updates the mesh for the newest view that it was shown, and hands
+//! finished updates over.
+//!
+//! ```text
+//!   plan()                                  worker "tin-lod updates"
+//!     show(view) ---- newest view ------->  outdated patches in view, nearest first, a few at a time
+//!     finished() <--- bounded channel ----  one Update for each few, watertight with all before it
+//! ```
+//!
+//! Neither waits for the other, but for the worker when the channel is full. A view that is newer than the one that is
+//! being worked on makes the rest of that work void.
+
+use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
+use std::sync::{Arc, Condvar, Mutex, PoisonError};
+use std::thread::JoinHandle;
+use std::time::Instant;
+
+use terrain_core::{Heightmap, View};
+
+use crate::cull::PatchTree;
+use crate::mesh::{Mesh, Update};
+use crate::options::Options;
+
+/// Patches in one update: small enough that the nearest are soon drawn, large enough to keep all threads busy.
+const PATCHES_AN_UPDATE: usize = 16;
+
+/// Updates that may wait to be drawn.
+const UPDATES_WAITING: usize = 64;
+
+/// The main thread's end.
+pub(crate) struct Worker {
+    /// What was shown last: an unchanged view is not shown again.
+    shown: Option<Box<Asked>>,
+    inbox: Arc<Inbox>,
+    finished: Receiver<Finished>,
+    thread: Option<JoinHandle<()>>,
+}
+
+/// An update, and when the view was asked for that it is made for.
+pub(crate) struct Finished {
+    pub update: Update,
+    pub asked: Instant,
+}
+
+/// The newest view, or the end.
+#[derive(Default)]
+struct Inbox {
+    request: Mutex<Request>,
+    changed: Condvar,
+}
+
+/// A view to follow.
+#[derive(Clone)]
+struct Asked {
+    view: View,
+    culling: bool,
+    at: Instant,
+}
+
+#[derive(Default)]
+struct Request {
+    asked: Option<Asked>,
+    end: bool,
+}
+
+/// What the worker works with.
+pub(crate) struct Workshop {
+    pub heightmap: Arc<Heightmap>,
+    pub options: Options,
+    pub pool: rayon::ThreadPool,
+    pub tree: Arc<PatchTree>,
+    pub mesh: Mesh,
+    /// Called before each update is handed over: tests delay the worker with it.
+    pub before_hand_over: fn(),
+}
+
+impl Worker {
+    pub fn start(workshop: Workshop) -> std::io::Result<Self> {
+        let inbox = Arc::new(Inbox::default());
+        let (sender, finished) = sync_channel(UPDATES_WAITING);
+        let theirs = inbox.clone();
+        let work = move || workshop.work(&theirs, &sender);
+        let thread = std::thread::Builder::new().name("tin-lod updates".into()).spawn(work)?;
+        Ok(Self { shown: None, inbox, finished, thread: Some(thread) })
+    }
+
+    /// Shows the worker a view, unless it has seen it. Takes a lock that is only ever held to exchange views.
+    pub fn show(&mut self, view: &View, culling: bool) {
+        let is_same = |shown: &Asked| shown.view == *view && shown.culling == culling;
+        if !self.shown.as_deref().is_some_and(is_same) {
+            let asked = Asked { view: view.clone(), culling, at: Instant::now() };
+            self.shown = Some(Box::new(asked.clone()));
+            self.inbox.put(|request| request.asked = Some(asked));
+        }
+    }
+
+    /// The updates that have finished since the last call.
+    pub fn finished(&self) -> impl Iterator<Item = Finished> {
+        self.finished.try_iter()
+    }
+}
+
+impl Drop for Worker {
+    fn drop(&mut self) {
+        self.inbox.put(|request| request.end = true);
+        // A worker that waits for room in the channel must find it closed.
+        self.finished = sync_channel(0).1;
+        if let Some(thread) = self.thread.take() {
+            let _ = thread.join();
+        }
+    }
+}
+
+impl Inbox {
+    fn put(&self, change: impl FnOnce(&mut Request)) {
+        change(&mut self.request.lock().unwrap_or_else(PoisonError::into_inner));
+        self.changed.notify_one();
+    }
+
+    /// Waits for a view; `None` at the end.
+    fn take(&self) -> Option<Asked> {
+        let mut request = self.request.lock().unwrap_or_else(PoisonError::into_inner);
+        loop {
+            if request.end {
+                return None;
+            }
+            if let Some(asked) = request.asked.take() {
+                return Some(asked);
+            }
+            request = self.changed.wait(request).unwrap_or_else(PoisonError::into_inner);
+        }
+    }
+
+    /// Whether there is something newer to do.
+    fn is_waiting(&self) -> bool {
+        let request = self.request.lock().unwrap_or_else(PoisonError::into_inner);
+        request.end || request.asked.is_some()
+    }
+}
+
+impl Workshop {
+    fn work(mut self, inbox: &Inbox, finished: &SyncSender<Finished>) {
+        while let Some(asked) = inbox.take() {
+            if self.follow(&asked, inbox, finished).is_none() {
+                return;
+            }
+        }
+    }
+
+    /// Brings the patches in view up to date until that is done or a newer view waits; `None` when nobody listens.
+    fn follow(&mut self, asked: &Asked, inbox: &Inbox, finished: &SyncSender<Finished>) -> Option<()> {
+        let Self { heightmap, options, pool, tree, mesh, before_hand_over } = self;
+        let mut visible = Vec::new();
+        tree.visible(&asked.view, asked.culling, &mut visible);
+        for patches in mesh.outdated(options, &asked.view, &visible).chunks(PATCHES_AN_UPDATE) {
+            let update = pool.install(|| mesh.update(heightmap, options, &asked.view, patches));
+            before_hand_over();
+            finished.send(Finished { update, asked: asked.at }).ok()?;
+            if inbox.is_waiting() {
+                break;
+            }
+        }
+        Some(())
+    }
+}
