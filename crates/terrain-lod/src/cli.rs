@@ -8,6 +8,7 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 use terrain_dem::ReadOptions;
 use terrain_renderer::{AdapterChoice, Submission};
 
+use crate::choices::{EdgePolicyName, ScheduleName};
 use crate::methods::MethodName;
 use crate::suite::{FRAMES, PIXELS, REPEATS, SIDE_PX};
 
@@ -73,6 +74,12 @@ pub struct MethodArgs {
     /// tin: largest distance between selected samples in grid intervals [default: half a patch]
     #[arg(long, value_name = "N")]
     pub max_spacing: Option<u32>,
+    /// tin: when patches are updated; errors and pictures are always those of the converged mesh [default: blocking]
+    #[arg(long)]
+    pub schedule: Option<ScheduleName>,
+    /// tin: which edges follow when a patch is selected anew [default: matched]
+    #[arg(long)]
+    pub edge_policy: Option<EdgePolicyName>,
     /// htp: small triangles along the side of a patch [default: 3]
     #[arg(long, value_name = "N")]
     pub k: Option<u32>,

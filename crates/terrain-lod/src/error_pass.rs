@@ -54,7 +54,7 @@ pub fn fly_all(bench: &Bench, progress: &Progress) -> Result<Vec<Result<ErrorFli
 
 fn fly(bench: &Bench, run: &Run, progress: &Progress) -> Result<ErrorFlight, Fault> {
     let heightmap = &bench.dem.heightmap;
-    let mut method = run.build(heightmap)?;
+    let mut method = run.converged().build(heightmap)?;
     let mut judge = Judge::new(bench, run, MeshMirror::new(&method.buffers(), heightmap));
     let index_bytes_reserved = method.buffers().indices;
     let mut plan = FramePlan::default();

@@ -2,6 +2,7 @@
 
 mod attempt;
 mod bench;
+mod choices;
 mod cli;
 mod dry_run;
 mod error_pass;

@@ -66,7 +66,7 @@ fn suite(args: &MeshArgs) -> Suite {
 /// Flies up to the frame as the bench does, since what a frame draws may depend on the frames before; then plans it once
 /// more with culling off.
 fn replay(bench: &Bench, last: u32) -> Result<Vec<Triangle>, Fault> {
-    let mut method = bench.runs[0].build(&bench.dem.heightmap)?;
+    let mut method = bench.runs[0].converged().build(&bench.dem.heightmap)?;
     let mut mirror = MeshMirror::new(&method.buffers(), &bench.dem.heightmap);
     let mut plan = FramePlan::default();
     let progress = Progress::new("replay", last as u64 + 1);

@@ -9,6 +9,7 @@ use serde::{Deserialize, Serialize};
 use terrain_core::{Heightmap, LodMethod};
 use tin_lod::Tin;
 
+use crate::choices::{EdgePolicyName, ScheduleName, name_of};
 use crate::fault::Fault;
 
 /// A method by its name on the command line, in suites and in tables.
@@ -46,6 +47,10 @@ pub struct Settings {
     pub patch: u32,
     /// tin: largest distance between selected samples in grid intervals; half a patch without.
     pub max_spacing: Option<u32>,
+    /// tin: when patches are updated.
+    pub schedule: ScheduleName,
+    /// tin: which edges follow a patch.
+    pub edge_policy: EdgePolicyName,
     /// htp: longest screen length of a triangle's leg in pixels.
     pub leg_px: f64,
     /// htp: small triangles along a patch's side.
@@ -92,13 +97,20 @@ impl Run {
     }
 
     fn tin_options(&self) -> tin_lod::Options {
-        let Settings { patch, tolerance_px, max_spacing, threads, .. } = self.settings;
-        tin_lod::Options { patch, tolerance_px, max_spacing, threads }
+        let Settings { patch, tolerance_px, max_spacing, schedule, edge_policy, threads, .. } = self.settings;
+        let (schedule, edge_policy) = (schedule.into(), edge_policy.into());
+        tin_lod::Options { patch, tolerance_px, max_spacing, schedule, edge_policy, threads }
     }
 
     fn htp_options(&self, batching: Batching) -> htp_lod::Options {
         let Settings { k, layers, leg_px, .. } = self.settings;
         htp_lod::Options { k, layers, leg_px, batching }
+    }
+
+    /// The same, with every plan waiting for its updates: errors and pictures are those of the converged mesh.
+    pub fn converged(mut self) -> Self {
+        self.settings.schedule = ScheduleName::Blocking;
+        self
     }
 
     /// Whether the tolerance in pixels is a setting of this method. To the others it is a yardstick only.
@@ -108,10 +120,12 @@ impl Run {
 
     /// What the column `setting` says; the tolerance has a column of its own.
     pub fn setting(&self) -> String {
-        let Settings { patch, max_spacing, leg_px, k, layers, .. } = self.settings;
+        let Settings { patch, max_spacing, schedule, edge_policy, leg_px, k, layers, .. } = self.settings;
         match self.method {
             MethodName::Tin => {
-                format!("selector=algorithm1 patch={patch} spacing={}", max_spacing.unwrap_or(patch / 2))
+                let (spacing, edges) = (max_spacing.unwrap_or(patch / 2), name_of(edge_policy));
+                let schedule = name_of(schedule);
+                format!("selector=algorithm1 patch={patch} spacing={spacing} edges={edges} schedule={schedule}")
             }
             MethodName::Htp | MethodName::HtpInstanced => {
                 format!("metric=distance leg={leg_px}px k={k} layers={layers}")

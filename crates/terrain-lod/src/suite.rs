@@ -10,6 +10,7 @@ use terrain_core::{Flight, FlightPath, View};
 use terrain_dem::{Dem, ReadOptions};
 use terrain_renderer::Submission;
 
+use crate::choices::{EdgePolicyName, ScheduleName};
 use crate::cli::{BenchArgs, MethodArgs};
 use crate::fault::{Cause, Fault};
 use crate::methods::{MethodName, Run, Settings};
@@ -51,6 +52,10 @@ pub struct Suite {
     pub leg_px: Vec<f64>,
     /// As `--max-spacing`.
     pub max_spacing: Option<u32>,
+    /// As `--schedule`.
+    pub schedule: ScheduleName,
+    /// As `--edge-policy`.
+    pub edge_policy: EdgePolicyName,
     /// As `--k`.
     pub k: u32,
     /// As `--layers`.
@@ -79,6 +84,8 @@ impl Default for Suite {
             patch: vec![32],
             leg_px: vec![8.0],
             max_spacing: None,
+            schedule: ScheduleName::default(),
+            edge_policy: EdgePolicyName::default(),
             k: 3,
             layers: 3,
             threads: 1,
@@ -124,6 +131,8 @@ impl Suite {
 
     /// Takes the settings that are given on the command line.
     pub fn override_settings(&mut self, args: &MethodArgs) {
+        override_with(&mut self.schedule, &args.schedule);
+        override_with(&mut self.edge_policy, &args.edge_policy);
         override_with(&mut self.k, &args.k);
         override_with(&mut self.layers, &args.layers);
         override_with(&mut self.threads, &args.threads);
@@ -175,8 +184,17 @@ impl Suite {
     }
 
     fn settings(&self, tolerance_px: f64, patch: u32, leg_px: f64) -> Settings {
-        let (max_spacing, k, layers, threads) = (self.max_spacing, self.k, self.layers, self.threads.into());
-        Settings { tolerance_px, patch, max_spacing, leg_px, k, layers, threads }
+        Settings {
+            tolerance_px,
+            patch,
+            max_spacing: self.max_spacing,
+            schedule: self.schedule,
+            edge_policy: self.edge_policy,
+            leg_px,
+            k: self.k,
+            layers: self.layers,
+            threads: self.threads.into(),
+        }
     }
 
     /// The tolerances that a run has a row for: its own, or all of them as yardsticks.

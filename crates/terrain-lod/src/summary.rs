@@ -62,6 +62,10 @@ pub struct SummaryRow {
     pub frames_without_samples: Option<u64>,
     pub first_upload_bytes: Option<u64>,
     pub updated_patches_mean: Option<f64>,
+    /// Share of the timed frames that draw a stale patch, and how long updates are on their way: live alone.
+    pub stale_frames_share: Option<f64>,
+    pub latency_ms_p50: Option<f64>,
+    pub latency_ms_p99: Option<f64>,
     pub threads: usize,
     pub submission: String,
     pub repeats: u32,
@@ -161,6 +165,11 @@ fn fill_speed(row: &mut SummaryRow, frames: &[SpeedFrame]) {
     row.frame_ms_max = frame_ms.last().copied();
     row.plan_ms_p50 = percentile(&plan_ms, 0.5);
     row.plan_ms_p99 = percentile(&plan_ms, 0.99);
+    let stale = counted.iter().filter(|f| f.stale_patches > 0).count();
+    row.stale_frames_share = (!counted.is_empty()).then(|| tidy(stale as f64 / counted.len() as f64));
+    let latency_ms = sorted(|f| f.latency_ms);
+    row.latency_ms_p50 = percentile(&latency_ms, 0.5);
+    row.latency_ms_p99 = percentile(&latency_ms, 0.99);
     row.encode_ms_p50 = percentile(&sorted(|f| f.encode_ms), 0.5);
     row.gpu_ms_p50 = percentile(&sorted(|f| f.gpu_ms), 0.5);
     row.cpu_ms_mean = mean_of(&sorted(|f| f.frame_ms.map(|_| f.cpu_ms)));
@@ -205,6 +214,8 @@ mod tests {
             update_ms: 0.0,
             select_ms: 0.0,
             triangulate_ms: 0.0,
+            stale_patches: 0,
+            latency_ms: None,
             upload_ms: None,
             encode_ms: None,
             submit_ms: None,

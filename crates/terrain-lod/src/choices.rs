@@ -1,0 +1,50 @@
+//! The methods' choices by their names on the command line and in suites: the method crates know neither.
+
+use clap::ValueEnum;
+use serde::{Deserialize, Serialize};
+use tin_lod::{EdgePolicy, Schedule};
+
+/// When the TIN's patches are updated.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum ScheduleName {
+    /// In the plan, which waits for it
+    #[default]
+    Blocking,
+    /// Behind the plans, by a worker thread, as in the paper
+    Live,
+}
+
+impl From<ScheduleName> for Schedule {
+    fn from(name: ScheduleName) -> Self {
+        match name {
+            ScheduleName::Blocking => Self::Blocking,
+            ScheduleName::Live => Self::Live,
+        }
+    }
+}
+
+/// Which of the TIN's edges follow when a patch is selected anew.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum EdgePolicyName {
+    /// All four, and the neighbours with them
+    #[default]
+    Matched,
+    /// Those whose patches are both updated, as in the paper
+    Paper,
+}
+
+impl From<EdgePolicyName> for EdgePolicy {
+    fn from(name: EdgePolicyName) -> Self {
+        match name {
+            EdgePolicyName::Matched => Self::Matched,
+            EdgePolicyName::Paper => Self::Paper,
+        }
+    }
+}
+
+/// The name of a choice as users write it.
+pub fn name_of(choice: impl ValueEnum) -> String {
+    choice.to_possible_value().map_or_else(String::new, |value| value.get_name().to_string())
+}
