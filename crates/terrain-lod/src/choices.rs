@@ -2,7 +2,7 @@
 
 use clap::ValueEnum;
 use serde::{Deserialize, Serialize};
-use tin_lod::{EdgePolicy, Schedule};
+use tin_lod::{EdgePolicy, Schedule, Triangulator};
 
 /// When the TIN's patches are updated.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
@@ -40,6 +40,29 @@ impl From<EdgePolicyName> for EdgePolicy {
         match name {
             EdgePolicyName::Matched => Self::Matched,
             EdgePolicyName::Paper => Self::Paper,
+        }
+    }
+}
+
+/// What connects the TIN's selected samples.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum TriangulatorName {
+    /// Our own kernel for patches of a grid
+    #[default]
+    Grid,
+    /// The crate delaunator
+    Delaunator,
+    /// The crate spade
+    Spade,
+}
+
+impl From<TriangulatorName> for Triangulator {
+    fn from(name: TriangulatorName) -> Self {
+        match name {
+            TriangulatorName::Grid => Self::Grid,
+            TriangulatorName::Delaunator => Self::Delaunator,
+            TriangulatorName::Spade => Self::Spade,
         }
     }
 }

@@ -8,7 +8,7 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 use terrain_dem::ReadOptions;
 use terrain_renderer::{AdapterChoice, Submission};
 
-use crate::choices::{EdgePolicyName, ScheduleName};
+use crate::choices::{EdgePolicyName, ScheduleName, TriangulatorName};
 use crate::methods::MethodName;
 use crate::suite::{FRAMES, PIXELS, REPEATS, SIDE_PX};
 
@@ -77,6 +77,9 @@ pub struct MethodArgs {
     /// tin: when patches are updated; errors and pictures are always those of the converged mesh [default: blocking]
     #[arg(long)]
     pub schedule: Option<ScheduleName>,
+    /// tin: what connects the selected samples [default: grid]
+    #[arg(long)]
+    pub triangulator: Option<TriangulatorName>,
     /// tin: which edges follow when a patch is selected anew [default: matched]
     #[arg(long)]
     pub edge_policy: Option<EdgePolicyName>,

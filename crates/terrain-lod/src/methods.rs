@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 use terrain_core::{Heightmap, LodMethod};
 use tin_lod::Tin;
 
-use crate::choices::{EdgePolicyName, ScheduleName, name_of};
+use crate::choices::{EdgePolicyName, ScheduleName, TriangulatorName, name_of};
 use crate::fault::Fault;
 
 /// A method by its name on the command line, in suites and in tables.
@@ -49,6 +49,8 @@ pub struct Settings {
     pub max_spacing: Option<u32>,
     /// tin: when patches are updated.
     pub schedule: ScheduleName,
+    /// tin: what connects the selected samples.
+    pub triangulator: TriangulatorName,
     /// tin: which edges follow a patch.
     pub edge_policy: EdgePolicyName,
     /// htp: longest screen length of a triangle's leg in pixels.
@@ -97,9 +99,10 @@ impl Run {
     }
 
     fn tin_options(&self) -> tin_lod::Options {
-        let Settings { patch, tolerance_px, max_spacing, schedule, edge_policy, threads, .. } = self.settings;
-        let (schedule, edge_policy) = (schedule.into(), edge_policy.into());
-        tin_lod::Options { patch, tolerance_px, max_spacing, schedule, edge_policy, threads }
+        let Settings { patch, tolerance_px, max_spacing, threads, .. } = self.settings;
+        let Settings { schedule, edge_policy, triangulator, .. } = self.settings;
+        let (schedule, edge_policy, triangulator) = (schedule.into(), edge_policy.into(), triangulator.into());
+        tin_lod::Options { patch, tolerance_px, max_spacing, schedule, edge_policy, triangulator, threads }
     }
 
     fn htp_options(&self, batching: Batching) -> htp_lod::Options {
@@ -120,12 +123,13 @@ impl Run {
 
     /// What the column `setting` says; the tolerance has a column of its own.
     pub fn setting(&self) -> String {
-        let Settings { patch, max_spacing, schedule, edge_policy, leg_px, k, layers, .. } = self.settings;
+        let Settings { patch, max_spacing, leg_px, k, layers, .. } = self.settings;
         match self.method {
             MethodName::Tin => {
-                let (spacing, edges) = (max_spacing.unwrap_or(patch / 2), name_of(edge_policy));
-                let schedule = name_of(schedule);
-                format!("selector=algorithm1 patch={patch} spacing={spacing} edges={edges} schedule={schedule}")
+                let spacing = max_spacing.unwrap_or(patch / 2);
+                let triangulator = name_of(self.settings.triangulator);
+                let (edges, schedule) = (name_of(self.settings.edge_policy), name_of(self.settings.schedule));
+                format!("algorithm1 patch={patch} spacing={spacing} {triangulator} {edges} {schedule}")
             }
             MethodName::Htp | MethodName::HtpInstanced => {
                 format!("metric=distance leg={leg_px}px k={k} layers={layers}")

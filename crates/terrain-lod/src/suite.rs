@@ -10,7 +10,7 @@ use terrain_core::{Flight, FlightPath, View};
 use terrain_dem::{Dem, ReadOptions};
 use terrain_renderer::Submission;
 
-use crate::choices::{EdgePolicyName, ScheduleName};
+use crate::choices::{EdgePolicyName, ScheduleName, TriangulatorName};
 use crate::cli::{BenchArgs, MethodArgs};
 use crate::fault::{Cause, Fault};
 use crate::methods::{MethodName, Run, Settings};
@@ -54,6 +54,8 @@ pub struct Suite {
     pub max_spacing: Option<u32>,
     /// As `--schedule`.
     pub schedule: ScheduleName,
+    /// As `--triangulator`.
+    pub triangulator: TriangulatorName,
     /// As `--edge-policy`.
     pub edge_policy: EdgePolicyName,
     /// As `--k`.
@@ -85,6 +87,7 @@ impl Default for Suite {
             leg_px: vec![8.0],
             max_spacing: None,
             schedule: ScheduleName::default(),
+            triangulator: TriangulatorName::default(),
             edge_policy: EdgePolicyName::default(),
             k: 3,
             layers: 3,
@@ -132,6 +135,7 @@ impl Suite {
     /// Takes the settings that are given on the command line.
     pub fn override_settings(&mut self, args: &MethodArgs) {
         override_with(&mut self.schedule, &args.schedule);
+        override_with(&mut self.triangulator, &args.triangulator);
         override_with(&mut self.edge_policy, &args.edge_policy);
         override_with(&mut self.k, &args.k);
         override_with(&mut self.layers, &args.layers);
@@ -189,6 +193,7 @@ impl Suite {
             patch,
             max_spacing: self.max_spacing,
             schedule: self.schedule,
+            triangulator: self.triangulator,
             edge_policy: self.edge_policy,
             leg_px,
             k: self.k,

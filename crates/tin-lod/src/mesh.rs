@@ -15,7 +15,7 @@ use terrain_core::{Aabb, Heightmap, View, WorkReport};
 use crate::options::{EdgePolicy, Options};
 use crate::patches::{EdgeId, PatchGrid, PatchId};
 use crate::select::{Border, Mask, select_edge, select_interior};
-use crate::triangulate::triangulate;
+use crate::triangulate::KeptSamples;
 
 /// Patches and edges as of their last updates.
 pub(crate) struct Mesh {
@@ -69,7 +69,7 @@ impl Mesh {
         let mut mesh = Self { grid, patches, edges };
         let (start, tolerances) = (Instant::now(), vec![f64::INFINITY; all.len()]);
         let select = mesh.select_interiors(heightmap, options, &all, &tolerances);
-        let update = mesh.triangulate(heightmap, all, start, select);
+        let update = mesh.triangulate(heightmap, options, all, start, select);
         (mesh, update)
     }
 
@@ -102,7 +102,7 @@ impl Mesh {
         batch.extend(patches);
         batch.sort_unstable();
         batch.dedup();
-        self.triangulate(heightmap, batch, start, select)
+        self.triangulate(heightmap, options, batch, start, select)
     }
 
     /// Selects the edges that the policy lets follow these patches. Returns the patches of all edges that changed, and
@@ -158,10 +158,18 @@ impl Mesh {
     }
 
     /// Triangulates these patches as they are selected now.
-    fn triangulate(&self, heightmap: &Heightmap, batch: Vec<PatchId>, start: Instant, select: Duration) -> Update {
+    fn triangulate(
+        &self,
+        heightmap: &Heightmap,
+        options: &Options,
+        batch: Vec<PatchId>,
+        start: Instant,
+        select: Duration,
+    ) -> Update {
         let made = self.parallel(&batch, |mesh, patch| {
-            let (area, border) = (mesh.grid.area(patch), mesh.border(patch));
-            triangulate(heightmap, area, border, &mesh.patches[patch as usize].interior)
+            let mut indices = Vec::new();
+            options.triangulator.triangulate(&mesh.kept_samples(heightmap, patch), &mut indices);
+            indices
         });
         let triangulate = made.iter().map(|(_, spent)| *spent).sum();
         let finish = |(patch, (indices, _)): (PatchId, (Vec<u32>, Duration))| Triangulated {
@@ -179,6 +187,18 @@ impl Mesh {
             ..Default::default()
         };
         Update { triangulated, report }
+    }
+
+    fn kept_samples(&self, heightmap: &Heightmap, patch: PatchId) -> KeptSamples<'_> {
+        let area = self.grid.area(patch);
+        KeptSamples {
+            width: area.width,
+            depth: area.depth,
+            border: self.border(patch),
+            interior: &self.patches[patch as usize].interior,
+            first_index: heightmap.index(area.first),
+            row_stride: heightmap.columns(),
+        }
     }
 
     fn border(&self, patch: PatchId) -> Border {

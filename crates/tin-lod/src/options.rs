@@ -1,5 +1,7 @@
 //! What a user may choose.
 
+use crate::triangulate::Triangulator;
+
 /// Which edges follow when a patch is selected anew.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum EdgePolicy {
@@ -35,6 +37,8 @@ pub struct Options {
     pub edge_policy: EdgePolicy,
     /// When patches are updated. Default [`Schedule::Blocking`].
     pub schedule: Schedule,
+    /// What connects the selected samples. Default [`Triangulator::Grid`]. The selection does not depend on it.
+    pub triangulator: Triangulator,
     /// Threads that triangulate, 1 or more. Default 1. The result does not depend on it.
     pub threads: usize,
 }
@@ -47,6 +51,7 @@ impl Default for Options {
             max_spacing: None,
             edge_policy: EdgePolicy::default(),
             schedule: Schedule::default(),
+            triangulator: Triangulator::default(),
             threads: 1,
         }
     }
