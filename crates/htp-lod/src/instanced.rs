@@ -1,4 +1,4 @@
-//! One patch of vertices, drawn as many times as there are visible patches: at most 8 draws a frame.
+//! One patch of vertices, drawn as many times as there are visible patches: at most 7 draws a frame.
 //!
 //! Deviation: the paper draws one patch at a time, and saves draws by making patches large. Since the index lists are
 //! the same for every orientation (section 4.1, Figure 3), so can the vertices be: an instance says where the patch
