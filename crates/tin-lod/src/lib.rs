@@ -11,10 +11,11 @@
 //! | point selection, Algorithm 1 (3.1) | `select.rs`, [`Options::tolerance_px`], [`max_spacing`](field@Options::max_spacing) |
 //! | border points (3.2) | `patches.rs` (edges are things of their own), `select.rs` |
 //! | Delaunay in the plane, lifted (3.3) | `triangulate.rs`, [`Options::triangulator`]; jitter is not needed, see there |
-//! | multi-resolution system, Algorithm 2 (4) | `update.rs`, `method.rs`: outdated patches in view, nearest first |
+//! | multi-resolution system, Algorithm 2 (4) | `mesh.rs`, `method.rs`: outdated patches in view, nearest first |
 //! | a region of a fully refined patch in the index buffer (4) | `method.rs` |
 //! | normals in a texture (4) | the renderer |
-//! | asynchronous update (4) | not yet: a plan waits for its update |
+//! | asynchronous update (4) | `worker.rs`, [`Schedule::Live`]; with [`Schedule::Blocking`] a plan waits |
+| "a hierarchical data structure" for visibility (4) | `cull.rs` |
 //! | smoothing of selected heights (3.3, last paragraph) | not yet |
 
 mod cull;
