@@ -172,7 +172,7 @@ pub struct BenchArgs {
     /// How the draws are sent [default: direct]
     #[arg(long)]
     pub submission: Option<SubmissionName>,
-    /// The folder for the results, new or empty [default: bench-results/<UTC time>-<suite>]
+    /// The folder for the results, new or empty [default: bench-results/TIME-SUITE]
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
     /// Leave out all that needs a GPU: frame times and pictures

@@ -15,7 +15,7 @@
 //! | a region of a fully refined patch in the index buffer (4) | `method.rs` |
 //! | normals in a texture (4) | the renderer |
 //! | asynchronous update (4) | `worker.rs`, [`Schedule::Live`]; with [`Schedule::Blocking`] a plan waits |
-| "a hierarchical data structure" for visibility (4) | `cull.rs` |
+//! | "a hierarchical data structure" for visibility (4) | `cull.rs` |
 //! | smoothing of selected heights (3.3, last paragraph) | not yet |
 
 mod cull;
