@@ -93,7 +93,7 @@ impl Run {
 
     fn tin_options(&self) -> tin_lod::Options {
         let Settings { patch, tolerance_px, max_spacing, threads, .. } = self.settings;
-        tin_lod::Options { patch, tolerance_px, max_spacing, threads }
+        tin_lod::Options { patch, tolerance_px, max_spacing, threads, ..Default::default() }
     }
 
     fn htp_options(&self, batching: Batching) -> htp_lod::Options {

@@ -8,9 +8,9 @@
 //!
 //! | in the paper | here |
 //! |---|---|
-//! | point selection, Algorithm 1 (3.1) | `select.rs`, [`Options::tolerance_px`], [`Options::max_spacing`] |
+//! | point selection, Algorithm 1 (3.1) | `select.rs`, [`Options::tolerance_px`], [`max_spacing`](field@Options::max_spacing) |
 //! | border points (3.2) | `patches.rs` (edges are things of their own), `select.rs` |
-//! | Delaunay in the plane, lifted (3.3) | `triangulate.rs`; jitter is not needed, see there |
+//! | Delaunay in the plane, lifted (3.3) | `triangulate.rs`, [`Options::triangulator`]; jitter is not needed, see there |
 //! | multi-resolution system, Algorithm 2 (4) | `update.rs`, `method.rs`: outdated patches in view, nearest first |
 //! | a region of a fully refined patch in the index buffer (4) | `method.rs` |
 //! | normals in a texture (4) | the renderer |
@@ -26,3 +26,5 @@ mod update;
 
 pub use method::Tin;
 pub use options::{Options, TinError};
+pub use select::{Border, Mask};
+pub use triangulate::{KeptSamples, Triangulator};

@@ -1,5 +1,7 @@
 //! What a user may choose.
 
+use crate::triangulate::Triangulator;
+
 /// Options of the method.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Options {
@@ -11,13 +13,16 @@ pub struct Options {
     pub tolerance_px: f64,
     /// Largest distance between selected samples in grid intervals, 1 to `patch`. Default (`None`) half a patch.
     pub max_spacing: Option<u32>,
+    /// What connects the selected samples. Default [`Triangulator::Spade`]. The selection does not depend on it.
+    pub triangulator: Triangulator,
     /// Threads that triangulate, 1 or more. Default 1. The result does not depend on it.
     pub threads: usize,
 }
 
 impl Default for Options {
     fn default() -> Self {
-        Self { patch: 32, tolerance_px: 1.0, max_spacing: None, threads: 1 }
+        let triangulator = Triangulator::default();
+        Self { patch: 32, tolerance_px: 1.0, max_spacing: None, triangulator, threads: 1 }
     }
 }
 

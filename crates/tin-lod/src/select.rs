@@ -25,7 +25,12 @@ use crate::patches::{EdgeRun, PatchArea};
 
 /// Kept samples of a run of at most 64 intervals: bit `i` for the `i`-th sample. The ends are not in the mask:
 /// corners are always kept, and the ends of interior rows belong to edges.
-pub(crate) type Mask = u64;
+pub type Mask = u64;
+
+/// The bits of the samples between both ends of a run of `length` intervals (1 to 64).
+pub(crate) fn inner_bits(length: u32) -> Mask {
+    ((1 << (length - 1)) - 1) << 1
+}
 
 /// Kept inner samples of an edge, from the edge's own samples alone.
 pub(crate) fn select_edge(heightmap: &Heightmap, run: EdgeRun, tolerance_m: f64, max_spacing: u32) -> Mask {
@@ -45,12 +50,16 @@ pub(crate) fn select_edge(heightmap: &Heightmap, run: EdgeRun, tolerance_m: f64,
     kept
 }
 
-/// The kept samples of the border that an interior selection starts from.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Border {
+/// The kept inner samples of a patch's four sides. Its interior selection starts from them.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Border {
+    /// From west to east.
     pub north: Mask,
+    /// From west to east.
     pub south: Mask,
+    /// From north to south.
     pub west: Mask,
+    /// From north to south.
     pub east: Mask,
 }
 
@@ -167,11 +176,6 @@ mod tests {
 
     fn whole(dem: &Heightmap) -> PatchArea {
         PatchArea { first: Sample { column: 0, row: 0 }, width: dem.columns() - 1, depth: dem.rows() - 1 }
-    }
-
-    /// The bits of the samples between both ends of a run of `length` intervals (1 to 64).
-    fn inner_bits(length: u32) -> Mask {
-        ((1 << (length - 1)) - 1) << 1
     }
 
     #[test]

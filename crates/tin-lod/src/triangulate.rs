@@ -2,51 +2,114 @@
 //! (section 3.3 of the paper).
 //!
 //! Deviation: the paper moves the points at random, so that four points on a square do not confuse its
-//! triangulation. `spade` decides with exact predicates, so nothing is moved and straight borders stay straight. The
-//! jitter as an option for fidelity is still to come.
+//! triangulation. All of ours are exact: nothing is moved, and straight borders stay straight. The jitter as an option
+//! for fidelity is still to come.
 
-use spade::{DelaunayTriangulation, Point2, Triangulation};
-use terrain_core::{Heightmap, Sample};
+mod delaunator;
+mod grid;
+mod spade;
 
-use crate::patches::PatchArea;
-use crate::select::{Border, Mask};
+use std::cell::RefCell;
 
-/// Indices of the patch's triangles into a vertex buffer that holds the whole DEM, counter-clockwise seen from above.
-pub(crate) fn triangulate(heightmap: &Heightmap, area: PatchArea, border: Border, interior: &[Mask]) -> Vec<u32> {
-    let kept = kept_samples(area, border, interior);
-    let vertex = |(column, row): (u32, u32)| {
-        heightmap.index(Sample { column: area.first.column + column, row: area.first.row + row })
-    };
-    let points = kept.iter().map(|(column, row)| Point2::new(*column as f64, *row as f64)).collect();
-    let delaunay = DelaunayTriangulation::<Point2<f64>>::bulk_load_stable(points).expect("samples are finite");
-    let mut indices = Vec::with_capacity(3 * delaunay.num_inner_faces());
-    for face in delaunay.inner_faces() {
-        // spade turns counter-clockwise with its second axis up; ours, the rows, points down (south).
-        let [a, b, c] = face.vertices().map(|v| vertex(kept[v.fix().index()]));
-        indices.extend([a, c, b]);
-    }
-    indices
+use crate::select::{Border, Mask, inner_bits};
+
+/// What connects the kept samples of a patch.
+///
+/// All three are exact and give the same number of triangles. Where four samples lie on a circle either diagonal is
+/// Delaunay: `Grid` decides by a rule on the samples alone, the other two by the order of their work.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Triangulator {
+    /// A sweep made for patches of a grid, in integers. Its triangulation is a function of the set of kept samples:
+    /// of four on a circle, the diagonal stays that does not touch the last of them (by row, then column).
+    Grid,
+    /// The crate `delaunator`: a sweep over sorted points, with adaptive predicates.
+    Delaunator,
+    /// The crate `spade`, bulk loading: the oracle of the tests and the baseline of the benches.
+    #[default]
+    Spade,
 }
 
-/// Column and row within the patch of all kept samples, row by row.
-fn kept_samples(area: PatchArea, border: Border, interior: &[Mask]) -> Vec<(u32, u32)> {
-    let mut kept = Vec::with_capacity(256);
-    for row in 0..=area.depth {
-        let corners = row == 0 || row == area.depth;
-        let inner = match row {
-            0 => border.north,
-            _ if corners => border.south,
-            _ => interior[row as usize - 1],
-        };
-        if corners || border.west >> row & 1 == 1 {
-            kept.push((0, row));
-        }
-        kept.extend(bits(inner).map(|column| (column, row)));
-        if corners || border.east >> row & 1 == 1 {
-            kept.push((area.width, row));
+/// The kept samples of one patch, and where the patch lies in the vertex buffer.
+///
+/// A patch is a rectangle of grid intervals. Its four corners are always kept.
+#[derive(Clone, Copy, Debug)]
+pub struct KeptSamples<'a> {
+    /// Grid intervals along x, 1 to 64.
+    pub width: u32,
+    /// Grid intervals along z, 1 to 64.
+    pub depth: u32,
+    /// Samples kept on the four sides.
+    pub border: Border,
+    /// Samples kept on the `depth - 1` rows between the northern and the southern side: bit `i` for column `i`, of
+    /// the columns 1 to `width - 1`.
+    pub interior: &'a [Mask],
+    /// Index of the north-western corner in the vertex buffer.
+    pub first_index: u32,
+    /// Indices from one row of the vertex buffer to the next: the DEM's samples along x.
+    pub row_stride: u32,
+}
+
+impl Triangulator {
+    /// Appends the indices of the patch's triangles, counter-clockwise seen from above (x east, z south).
+    ///
+    /// # Panics
+    ///
+    /// If a side is not 1 to 64 intervals long, or a mask names a sample that is not an inner one of its row or side.
+    pub fn triangulate(self, kept: &KeptSamples, indices: &mut Vec<u32>) {
+        kept.validate();
+        match self {
+            Self::Grid => {
+                thread_local!(static KERNEL: RefCell<grid::GridKernel> = RefCell::new(grid::GridKernel::new()));
+                KERNEL.with_borrow_mut(|kernel| kernel.triangulate(kept, indices));
+            }
+            Self::Delaunator => delaunator::triangulate(kept, indices),
+            Self::Spade => spade::triangulate(kept, indices),
         }
     }
-    kept
+}
+
+impl KeptSamples<'_> {
+    /// Column and row of all kept samples, row by row.
+    pub fn positions(&self) -> impl Iterator<Item = (u32, u32)> {
+        (0..=self.depth).flat_map(|row| {
+            let west = self.has_west(row).then_some((0, row));
+            let east = self.has_east(row).then_some((self.width, row));
+            west.into_iter().chain(bits(self.inner_row(row)).map(move |column| (column, row))).chain(east)
+        })
+    }
+
+    /// Index of a sample in the vertex buffer.
+    fn index(&self, column: u32, row: u32) -> u32 {
+        self.first_index + row * self.row_stride + column
+    }
+
+    /// The kept samples of a row, but for its two ends.
+    fn inner_row(&self, row: u32) -> Mask {
+        match row {
+            0 => self.border.north,
+            _ if row == self.depth => self.border.south,
+            _ => self.interior[row as usize - 1],
+        }
+    }
+
+    fn has_west(&self, row: u32) -> bool {
+        row == 0 || row == self.depth || self.border.west >> row & 1 == 1
+    }
+
+    fn has_east(&self, row: u32) -> bool {
+        row == 0 || row == self.depth || self.border.east >> row & 1 == 1
+    }
+
+    fn validate(&self) {
+        let Self { width, depth, border, interior, .. } = *self;
+        let sides = 1..=64;
+        assert!(sides.contains(&width) && sides.contains(&depth), "patch of {width} x {depth}: expected 1 to 64");
+        assert_eq!(interior.len() as u32, depth - 1, "one mask for each interior row");
+        let rows = interior.iter().fold(border.north | border.south, |all, row| all | row);
+        assert_eq!(rows & !inner_bits(width), 0, "a row names samples that are not its inner ones");
+        let sides = border.west | border.east;
+        assert_eq!(sides & !inner_bits(depth), 0, "a side names samples that are not its inner ones");
+    }
 }
 
 /// Positions of the set bits, lowest first.

@@ -17,7 +17,7 @@ use terrain_core::{Aabb, Heightmap, View, WorkReport};
 use crate::options::Options;
 use crate::patches::{EdgeId, PatchGrid, PatchId};
 use crate::select::{Border, Mask, select_edge, select_interior};
-use crate::triangulate::triangulate;
+use crate::triangulate::KeptSamples;
 
 /// The state of all patches and edges, as of their last updates.
 pub(crate) struct Mesh {
@@ -88,7 +88,7 @@ impl Mesh {
         }
         let start = Instant::now();
         let select = self.select(heightmap, options, view, &outdated);
-        let (triangulated, triangulate) = self.triangulate(heightmap, view, visible, &outdated);
+        let (triangulated, triangulate) = self.triangulate(heightmap, options, view, visible, &outdated);
         let report = WorkReport {
             patches: triangulated.len() as u32,
             triangles: triangulated.iter().map(|t| t.indices.len() as u64 / 3).sum(),
@@ -147,6 +147,7 @@ impl Mesh {
     fn triangulate(
         &mut self,
         heightmap: &Heightmap,
+        options: &Options,
         view: &View,
         visible: &[PatchId],
         outdated: &[PatchId],
@@ -160,8 +161,9 @@ impl Mesh {
             distance(a).total_cmp(&distance(b))
         });
         let made = self.parallel(&batch, |mesh, patch| {
-            let (area, border) = (mesh.grid.area(patch), mesh.border(patch));
-            triangulate(heightmap, area, border, &mesh.patches[patch as usize].interior)
+            let mut indices = Vec::new();
+            options.triangulator.triangulate(&mesh.kept_samples(heightmap, patch), &mut indices);
+            indices
         });
         let mut time = Duration::ZERO;
         let mut triangulated = Vec::with_capacity(batch.len());
@@ -172,6 +174,18 @@ impl Mesh {
             time += spent;
         }
         (triangulated, time)
+    }
+
+    fn kept_samples(&self, heightmap: &Heightmap, patch: PatchId) -> KeptSamples<'_> {
+        let area = self.grid.area(patch);
+        KeptSamples {
+            width: area.width,
+            depth: area.depth,
+            border: self.border(patch),
+            interior: &self.patches[patch as usize].interior,
+            first_index: heightmap.index(area.first),
+            row_stride: heightmap.columns(),
+        }
     }
 
     fn border(&self, patch: PatchId) -> Border {

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use terrain_core::walk::RandomWalk;
 use terrain_core::{FramePlan, Heightmap, LodMethod, SplitMix64, contract};
 use terrain_dem::synthetic;
-use tin_lod::{Options, Tin};
+use tin_lod::{Options, Tin, Triangulator};
 
 fn check(dem: Heightmap, options: Options, seed: u64, frames: u32) {
     let dem = Arc::new(dem);
@@ -27,6 +27,19 @@ fn tolerances_and_spacings() {
     for (tolerance_px, max_spacing) in [(0.25, None), (4.0, Some(16)), (50.0, Some(1)), (1e6, Some(11))] {
         let options = Options { tolerance_px, max_spacing, patch: 16, ..Default::default() };
         check(synthetic::generate(120, 97, 3), options, 11, 60);
+    }
+}
+
+#[test]
+fn every_triangulator() {
+    for triangulator in [Triangulator::Grid, Triangulator::Delaunator, Triangulator::Spade] {
+        let options = Options { triangulator, ..Default::default() };
+        check(synthetic::generate(150, 161, 5), options, 21, 60);
+        check(synthetic::generate(150, 161, 5), Options { patch: 64, tolerance_px: 0.25, ..options }, 22, 60);
+        let rim = Options { patch: 8, ..options };
+        for (columns, rows) in [(2, 2), (2, 70), (70, 2), (9, 8)] {
+            check(synthetic::generate(columns, rows, 6), rim, 23, 60);
+        }
     }
 }
 
