@@ -33,7 +33,9 @@
 
 mod half_edges;
 
-use half_edges::{HalfEdge, HalfEdges, OUTSIDE, PLUMB, Vertex, dot, doubled_area, open_slot, position, vertex};
+use half_edges::{HalfEdge, HalfEdges, OUTSIDE, PLUMB, open_slot};
+
+use crate::lattice::{Vertex, dot, doubled_area, position, vertex};
 
 use super::KeptSamples;
 
