@@ -17,6 +17,7 @@
 //! | asynchronous update (4) | not yet: a plan waits for its update |
 //! | smoothing of selected heights (3.3, last paragraph) | not yet |
 
+pub mod ladder;
 mod lattice;
 mod method;
 mod options;
