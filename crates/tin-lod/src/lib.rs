@@ -17,16 +17,21 @@
 //! | asynchronous update (4) | not yet: a plan waits for its update |
 //! | smoothing of selected heights (3.3, last paragraph) | not yet |
 
+mod deviation;
+mod greedy;
 pub mod ladder;
 mod lattice;
 mod method;
 mod options;
 mod patches;
 mod select;
+mod threshold_map;
 mod triangulate;
 mod update;
 
 pub use method::Tin;
 pub use options::{Options, TinError};
+pub use patches::{EdgeId, EdgeRun, PatchArea, PatchEdges, PatchGrid, PatchId};
 pub use select::{Border, Mask};
+pub use threshold_map::ThresholdMap;
 pub use triangulate::{KeptSamples, Triangulator};
