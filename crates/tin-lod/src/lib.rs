@@ -16,7 +16,12 @@
 //! | normals in a texture (4) | the renderer |
 //! | asynchronous update (4) | not yet: a plan waits for its update |
 //! | smoothing of selected heights (3.3, last paragraph) | not yet |
+//!
+//! Beyond the paper: a selection whose tolerance is a bound. A [`ThresholdMap`] says of every sample at which levels of
+//! the tolerance ([`ladder`]) it is needed; a [`Selection`] keeps those of a level; a [`BoundedMesher`] triangulates
+//! them and repairs what edges at other levels spoil (`bounded.rs`).
 
+mod bounded;
 mod deviation;
 mod greedy;
 pub mod ladder;
@@ -29,6 +34,7 @@ mod threshold_map;
 mod triangulate;
 mod update;
 
+pub use bounded::{BoundedMesher, Repair, Selection, edge_levels};
 pub use method::Tin;
 pub use options::{Options, TinError};
 pub use patches::{EdgeId, EdgeRun, PatchArea, PatchEdges, PatchGrid, PatchId};

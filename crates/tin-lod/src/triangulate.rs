@@ -113,7 +113,7 @@ impl KeptSamples<'_> {
 }
 
 /// Positions of the set bits, lowest first.
-fn bits(mut mask: Mask) -> impl Iterator<Item = u32> {
+pub(crate) fn bits(mut mask: Mask) -> impl Iterator<Item = u32> {
     std::iter::from_fn(move || {
         let next = (mask != 0).then(|| mask.trailing_zeros());
         mask &= mask.wrapping_sub(1);
