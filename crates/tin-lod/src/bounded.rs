@@ -8,8 +8,8 @@
 //!   |     . |     * |     S + E without a corner in E has no point of S in its circle, so it is a triangle of S
 //!   |  .    * .     |     alone, and those are sound. The tie-break is a consistent lifting: with it this holds for
 //!   |    .  *    .  |     points on one circle too.
-//!   +-------+-------+     Repair: the worst sample of each bad triangle joins E, and the patch is triangulated again,
-//!    coarse   fine        until none is bad.
+//!   +-------+-------+     Repair: the worst sample of each bad triangle joins E and the triangulation, until none is
+//!    coarse   fine        bad.
 //! ```
 //!
 //! The result is a function of the map, the level and the levels of the edges alone.
@@ -18,11 +18,11 @@ use terrain_core::Heightmap;
 
 use crate::deviation::PatchHeights;
 use crate::ladder::{Level, tolerance_m};
-use crate::lattice::{Vertex, position, vertex};
+use crate::lattice::{Vertex, vertex};
 use crate::patches::{PatchArea, PatchGrid, PatchId};
 use crate::select::{Border, Mask};
 use crate::threshold_map::ThresholdMap;
-use crate::triangulate::{KeptSamples, Triangulator, bits};
+use crate::triangulate::{GridKernel, KeptSamples, bits};
 
 /// What a patch keeps at a level, with its edges at levels of their own.
 #[derive(Clone, Debug, Default)]
@@ -73,6 +73,17 @@ impl Selection {
         self.extra
     }
 
+    fn kept_samples(&self, heightmap: &Heightmap, area: PatchArea) -> KeptSamples<'_> {
+        KeptSamples {
+            width: area.width,
+            depth: area.depth,
+            border: self.border,
+            interior: &self.interior,
+            first_index: heightmap.index(area.first),
+            row_stride: heightmap.columns(),
+        }
+    }
+
     /// Whether the triangles of both are the same: the same samples, checked against the same limit or not at all.
     pub fn gives_the_mesh_of(&self, other: &Self) -> bool {
         let unchecked = self.extra == Border::default() && other.extra == Border::default();
@@ -93,23 +104,25 @@ pub fn edge_levels(grid: &PatchGrid, patch: PatchId, levels: &[Level]) -> [Level
 /// What had to be added to keep the bound.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Repair {
-    /// Triangulations after the first.
+    /// Checks that found bad triangles.
     pub rounds: u32,
     /// Samples added.
     pub samples: u32,
 }
 
 /// Workspace that turns selections into triangles, one after the other.
-#[derive(Clone, Debug, Default)]
 pub struct BoundedMesher {
-    /// What the mesh keeps inside the patch: the selection's samples and those of repairs.
-    interior: Vec<Mask>,
-    /// The triangles, as vertices of the patch.
-    corners: Vec<u32>,
+    kernel: GridKernel,
     /// The samples whose triangles have to be checked: E of the figure above, then the newest ones of it.
     suspects: VertexSet,
-    /// The worst samples of the last round's bad triangles.
-    worst: Vec<Vertex>,
+    /// The worst samples of the last round's bad triangles, with the numbers of those.
+    worst: Vec<(usize, Vertex)>,
+}
+
+impl Default for BoundedMesher {
+    fn default() -> Self {
+        Self { kernel: GridKernel::new(), suspects: VertexSet::default(), worst: Vec::new() }
+    }
 }
 
 impl BoundedMesher {
@@ -122,56 +135,40 @@ impl BoundedMesher {
         selection: &Selection,
         indices: &mut Vec<u32>,
     ) -> Repair {
+        let kept = selection.kept_samples(heightmap, area);
+        self.kernel.connect(&kept);
         self.suspects.fill(area, selection.extra);
-        let touches = |suspects: &VertexSet, corners: [Vertex; 3]| corners.iter().any(|v| suspects.contains(*v));
-        let repair = self.connect_and_repair(heightmap, area, selection, touches);
-        self.append_to(heightmap, area, indices);
+        let repair = if self.suspects.is_empty() {
+            Repair::default()
+        } else {
+            let touches = |suspects: &VertexSet, corners: [Vertex; 3]| corners.iter().any(|v| suspects.contains(*v));
+            self.repair(&PatchHeights::new(heightmap, area), tolerance_m(selection.level), touches)
+        };
+        self.kernel.append_indices(&kept, indices);
         repair
     }
 
-    fn append_to(&self, heightmap: &Heightmap, area: PatchArea, indices: &mut Vec<u32>) {
-        let (first, stride) = (heightmap.index(area.first), heightmap.columns());
-        indices.extend(self.corners.iter().map(|v| first + (v >> 8) * stride + (v & 0xff)));
-    }
-
-    /// Triangulates until no triangle is bad of those that `is_suspect` says may be.
-    fn connect_and_repair(
+    /// Adds samples until no triangle is bad of those that `is_suspect` says may be.
+    fn repair(
         &mut self,
-        heightmap: &Heightmap,
-        area: PatchArea,
-        selection: &Selection,
+        heights: &PatchHeights,
+        limit_m: f64,
         is_suspect: impl Fn(&VertexSet, [Vertex; 3]) -> bool,
     ) -> Repair {
-        self.interior.clone_from(&selection.interior);
-        self.connect(area, selection.border);
         let mut repair = Repair::default();
-        if self.suspects.is_empty() {
-            return repair;
-        }
-        let heights = PatchHeights::new(heightmap, area);
-        let limit_m = tolerance_m(selection.level);
-        while self.find_worst(&heights, limit_m, &is_suspect) {
+        while self.find_worst(heights, limit_m, &is_suspect) {
             repair.rounds += 1;
             // A triangle without a new corner was there before, and good: a bad one's circle holds its worst sample.
             self.suspects.clear();
-            for sample in self.worst.drain(..) {
+            for (triangle, sample) in self.worst.drain(..) {
                 // Two triangles may have the same worst sample, on the side between them.
                 if self.suspects.insert(sample) {
-                    let (column, row) = position(sample);
-                    self.interior[row as usize - 1] |= 1 << column;
+                    self.kernel.add(sample, triangle);
                     repair.samples += 1;
                 }
             }
-            self.connect(area, selection.border);
         }
         repair
-    }
-
-    fn connect(&mut self, area: PatchArea, border: Border) {
-        let PatchArea { width, depth, .. } = area;
-        let kept = KeptSamples { width, depth, border, interior: &self.interior, first_index: 0, row_stride: 256 };
-        self.corners.clear();
-        Triangulator::Grid.triangulate(&kept, &mut self.corners);
     }
 
     /// Lists the worst samples of the suspect triangles that are farther away than the limit. Whether there are any.
@@ -181,12 +178,11 @@ impl BoundedMesher {
         limit_m: f64,
         is_suspect: impl Fn(&VertexSet, [Vertex; 3]) -> bool,
     ) -> bool {
-        for corners in self.corners.as_chunks().0 {
-            let corners = corners.map(|v| v as Vertex);
+        for (triangle, corners) in self.kernel.triangles().enumerate() {
             if is_suspect(&self.suspects, corners)
                 && let Some(worst) = heights.worst_beyond(limit_m, corners)
             {
-                self.worst.push(worst.sample);
+                self.worst.push((triangle, worst.sample));
             }
         }
         !self.worst.is_empty()
@@ -194,7 +190,6 @@ impl BoundedMesher {
 }
 
 /// Vertices of a patch, a bit each.
-#[derive(Clone, Debug)]
 struct VertexSet {
     /// Four words a row: 256 columns, as keys have it.
     words: [u64; 4 * 65],
@@ -252,6 +247,7 @@ impl VertexSet {
 mod tests {
     use super::*;
     use crate::ladder::level_of;
+    use crate::lattice::position;
     use terrain_core::SplitMix64;
 
     fn rough_dem(seed: u64) -> Heightmap {
@@ -264,6 +260,29 @@ mod tests {
             (hills + random.range(0.0, roughness)) as f32
         };
         Heightmap::new(70, 81, [10.0; 2], (0..70 * 81).map(height_m).collect()).unwrap()
+    }
+
+    /// The triangulation of the same samples, from nothing.
+    fn anew(kernel: &GridKernel, kept: KeptSamples) -> GridKernel {
+        let mut interior = kept.interior.to_vec();
+        for (column, row) in kernel.triangles().flatten().map(position) {
+            if column > 0 && (column as u32) < kept.width && row > 0 && (row as u32) < kept.depth {
+                interior[row as usize - 1] |= 1 << column;
+            }
+        }
+        let mut kernel = GridKernel::new();
+        kernel.connect(&KeptSamples { interior: &interior, ..kept });
+        kernel
+    }
+
+    fn sorted(kernel: &GridKernel) -> Vec<[Vertex; 3]> {
+        let mut triangles: Vec<_> = kernel.triangles().collect();
+        for corners in &mut triangles {
+            let least = (0..3).min_by_key(|i| corners[*i]).unwrap();
+            corners.rotate_left(least);
+        }
+        triangles.sort_unstable();
+        triangles
     }
 
     #[test]
@@ -281,12 +300,16 @@ mod tests {
             for patch in 0..grid.patches() {
                 let (area, edges) = (grid.area(patch), edge_levels(&grid, patch, &levels));
                 selection.select(&map, &grid, patch, levels[patch as usize], edges);
-                let (mut indices, mut all) = (Vec::new(), Vec::new());
+                let mut indices = Vec::new();
                 let repair = local.triangulate(&dem, area, &selection, &mut indices);
-                full.suspects.fill(area, selection.extra);
-                assert_eq!(full.connect_and_repair(&dem, area, &selection, |_, _| true), repair);
-                full.append_to(&dem, area, &mut all);
-                assert_eq!(indices, all, "seed {seed}, patch {patch}");
+                let kept = selection.kept_samples(&dem, area);
+                full.kernel.connect(&kept);
+                let heights = PatchHeights::new(&dem, area);
+                let of_all = full.repair(&heights, tolerance_m(selection.level), |_, _| true);
+                let mut all = Vec::new();
+                full.kernel.append_indices(&kept, &mut all);
+                assert_eq!((of_all, all), (repair, indices), "seed {seed}, patch {patch}");
+                assert_eq!(sorted(&full.kernel), sorted(&anew(&full.kernel, kept)), "seed {seed}, patch {patch}");
                 samples += repair.samples;
             }
         }

@@ -9,7 +9,7 @@
 //!       1 -----> 2      edge. So linking and flipping need not ask whether there is a neighbour.
 //! ```
 
-use crate::lattice::{Vertex, must_flip};
+use crate::lattice::{Vertex, doubled_area, must_flip};
 
 /// Slot of a half-edge.
 pub(super) type HalfEdge = u16;
@@ -170,13 +170,13 @@ impl HalfEdges {
     #[inline(always)]
     pub fn settle(&mut self, e: HalfEdge) {
         if self.wrong(e, self.corners(e)).is_some() {
-            self.settle_around(e);
+            self.suspects.push(e);
+            self.settle_suspects();
         }
     }
 
     #[cold]
-    fn settle_around(&mut self, e: HalfEdge) {
-        self.suspects.push(e);
+    fn settle_suspects(&mut self) {
         while let Some(e) = self.suspects.pop() {
             let corners = self.corners(e);
             if let Some(far) = self.wrong(e, corners) {
@@ -186,5 +186,41 @@ impl HalfEdges {
                 self.suspects.extend([t, t | 1, u | 1, u | 2]);
             }
         }
+    }
+
+    /// Adds a point to triangles that are convex, Delaunay, and hold it inside their outline. `near` is the number of
+    /// any triangle, best of one close to the point.
+    ///
+    /// ```text
+    ///     c                c          Where the point is on an edge, one of the three has no area. It goes first:
+    ///    / \              /|\         its edge is wrong, and the flip leaves two triangles of its width.
+    ///   / . \     ->     / . \
+    ///  a-----b          a-----b
+    /// ```
+    pub fn insert(&mut self, point: Vertex, near: usize) {
+        let t = self.locate(point, 4 * near as HalfEdge);
+        let ([c, a, b], twins) = (self.corners(t), [t, t | 1, t | 2].map(|e| self.twin(e)));
+        self.set(t, [point, a, b]);
+        self.link(t | 1, twins[0]);
+        let u = self.push([point, b, c], [t | 2, twins[1], OUTSIDE]);
+        let v = self.push([point, c, a], [u | 2, twins[2], t]);
+        let mut outer = [t | 1, u | 1, v | 1];
+        outer.sort_unstable_by_key(|e| {
+            let [apex, from, to] = self.corners(*e);
+            doubled_area(apex, from, to) == 0
+        });
+        self.suspects.extend(outer);
+        self.settle_suspects();
+    }
+
+    /// Walks to the triangle of a point, always across an edge that has the point beyond it: in a Delaunay
+    /// triangulation no such walk runs in a circle.
+    fn locate(&self, point: Vertex, mut first: HalfEdge) -> HalfEdge {
+        let is_beyond =
+            |e: &HalfEdge| doubled_area(self.origin[*e as usize], self.origin[next(*e) as usize], point) < 0;
+        while let Some(e) = [first, first | 1, first | 2].into_iter().find(is_beyond) {
+            first = self.twin(e) & !3;
+        }
+        first
     }
 }
