@@ -2,7 +2,27 @@
 
 use clap::ValueEnum;
 use serde::{Deserialize, Serialize};
-use tin_lod::{EdgePolicy, Schedule, Triangulator};
+use tin_lod::{EdgePolicy, Schedule, Selector, Triangulator};
+
+/// Which samples the TIN keeps.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum SelectorName {
+    /// The paper's, whose tolerance is no bound
+    Algorithm1,
+    /// The tolerance is a bound
+    #[default]
+    Bounded,
+}
+
+impl From<SelectorName> for Selector {
+    fn from(name: SelectorName) -> Self {
+        match name {
+            SelectorName::Algorithm1 => Self::Algorithm1,
+            SelectorName::Bounded => Self::Bounded,
+        }
+    }
+}
 
 /// When the TIN's patches are updated.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]

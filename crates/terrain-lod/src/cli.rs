@@ -8,7 +8,7 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 use terrain_dem::ReadOptions;
 use terrain_renderer::{AdapterChoice, Submission};
 
-use crate::choices::{EdgePolicyName, ScheduleName, TriangulatorName};
+use crate::choices::{EdgePolicyName, ScheduleName, SelectorName, TriangulatorName};
 use crate::methods::MethodName;
 use crate::suite::{FRAMES, PIXELS, REPEATS, SIDE_PX};
 
@@ -150,6 +150,9 @@ pub struct BenchArgs {
     /// Allowed screen-space errors in pixels: tin's setting, and everyone's yardstick
     #[arg(long, value_delimiter = ',', value_name = "PX", value_parser = parse_pixels)]
     pub tolerance: Option<Vec<f64>>,
+    /// tin: which samples are kept [default: the suite's, or else bounded]
+    #[arg(long, value_delimiter = ',', value_name = "NAMES")]
+    pub selector: Option<Vec<SelectorName>>,
     /// tin: sides of a patch in grid intervals (8, 16, 32, 64)
     #[arg(long, value_delimiter = ',', value_name = "N")]
     pub patch: Option<Vec<u32>>,
@@ -193,6 +196,9 @@ pub struct MeshArgs {
     /// tin: allowed screen-space error in pixels [default: 1]
     #[arg(long, value_name = "PX", value_parser = parse_pixels)]
     pub tolerance: Option<f64>,
+    /// tin: which samples are kept [default: bounded]
+    #[arg(long)]
+    pub selector: Option<SelectorName>,
     /// tin: side of a patch in grid intervals (8, 16, 32, 64) [default: 32]
     #[arg(long, value_name = "N")]
     pub patch: Option<u32>,

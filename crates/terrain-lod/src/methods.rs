@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 use terrain_core::{Heightmap, LodMethod};
 use tin_lod::Tin;
 
-use crate::choices::{EdgePolicyName, ScheduleName, TriangulatorName, name_of};
+use crate::choices::{EdgePolicyName, ScheduleName, SelectorName, TriangulatorName, name_of};
 use crate::fault::Fault;
 
 /// A method by its name on the command line, in suites and in tables.
@@ -45,6 +45,8 @@ pub struct Settings {
     pub tolerance_px: f64,
     /// tin: side of a patch in grid intervals.
     pub patch: u32,
+    /// tin: which samples are kept.
+    pub selector: SelectorName,
     /// tin: largest distance between selected samples in grid intervals; half a patch without.
     pub max_spacing: Option<u32>,
     /// tin: when patches are updated.
@@ -100,9 +102,16 @@ impl Run {
 
     fn tin_options(&self) -> tin_lod::Options {
         let Settings { patch, tolerance_px, max_spacing, threads, .. } = self.settings;
-        let Settings { schedule, edge_policy, triangulator, .. } = self.settings;
-        let (schedule, edge_policy, triangulator) = (schedule.into(), edge_policy.into(), triangulator.into());
-        tin_lod::Options { patch, tolerance_px, max_spacing, schedule, edge_policy, triangulator, threads }
+        tin_lod::Options {
+            patch,
+            tolerance_px,
+            max_spacing,
+            selector: self.settings.selector.into(),
+            schedule: self.settings.schedule.into(),
+            edge_policy: self.settings.edge_policy.into(),
+            triangulator: self.settings.triangulator.into(),
+            threads,
+        }
     }
 
     fn htp_options(&self, batching: Batching) -> htp_lod::Options {
@@ -126,10 +135,13 @@ impl Run {
         let Settings { patch, max_spacing, leg_px, k, layers, .. } = self.settings;
         match self.method {
             MethodName::Tin => {
-                let spacing = max_spacing.unwrap_or(patch / 2);
-                let triangulator = name_of(self.settings.triangulator);
+                let spacing = match self.settings.selector {
+                    SelectorName::Algorithm1 => format!(" spacing={}", max_spacing.unwrap_or(patch / 2)),
+                    SelectorName::Bounded => String::new(),
+                };
+                let (selector, triangulator) = (name_of(self.settings.selector), name_of(self.settings.triangulator));
                 let (edges, schedule) = (name_of(self.settings.edge_policy), name_of(self.settings.schedule));
-                format!("algorithm1 patch={patch} spacing={spacing} {triangulator} {edges} {schedule}")
+                format!("{selector} patch={patch}{spacing} {triangulator} {edges} {schedule}")
             }
             MethodName::Htp | MethodName::HtpInstanced => {
                 format!("metric=distance leg={leg_px}px k={k} layers={layers}")
@@ -148,7 +160,7 @@ impl Run {
         let Settings { tolerance_px, patch, leg_px, k, layers, .. } = self.settings;
         let name = self.method.as_str();
         match self.method {
-            MethodName::Tin => format!("{name}-{tolerance_px}px-patch{patch}"),
+            MethodName::Tin => format!("{name}-{}-{tolerance_px}px-patch{patch}", name_of(self.settings.selector)),
             MethodName::Htp | MethodName::HtpInstanced => format!("{name}-leg{leg_px}px-k{k}-l{layers}"),
             MethodName::FullGrid => name.into(),
         }

@@ -10,7 +10,7 @@ use terrain_core::{Flight, FlightPath, View};
 use terrain_dem::{Dem, ReadOptions};
 use terrain_renderer::Submission;
 
-use crate::choices::{EdgePolicyName, ScheduleName, TriangulatorName};
+use crate::choices::{EdgePolicyName, ScheduleName, SelectorName, TriangulatorName};
 use crate::cli::{BenchArgs, MethodArgs};
 use crate::fault::{Cause, Fault};
 use crate::methods::{MethodName, Run, Settings};
@@ -46,6 +46,8 @@ pub struct Suite {
     pub methods: Vec<MethodName>,
     /// As `--tolerance`.
     pub tolerance_px: Vec<f64>,
+    /// As `--selector`.
+    pub selector: Vec<SelectorName>,
     /// As `--patch`.
     pub patch: Vec<u32>,
     /// As `--leg-px`.
@@ -83,6 +85,7 @@ impl Default for Suite {
             flight: "ground-level".into(),
             methods: vec![Tin, Htp, HtpInstanced, FullGrid],
             tolerance_px: vec![1.0],
+            selector: vec![SelectorName::default()],
             patch: vec![32],
             leg_px: vec![8.0],
             max_spacing: None,
@@ -122,6 +125,7 @@ impl Suite {
         override_with(&mut suite.flight, &args.flight);
         override_with(&mut suite.methods, &args.methods);
         override_with(&mut suite.tolerance_px, &args.tolerance);
+        override_with(&mut suite.selector, &args.selector);
         override_with(&mut suite.patch, &args.patch);
         override_with(&mut suite.leg_px, &args.leg_px);
         override_with(&mut suite.size_px, &args.size);
@@ -154,8 +158,8 @@ impl Suite {
             None if list.is_empty() => Err(format!("{name} is empty; expected at least one")),
             None => Ok(()),
         };
-        if self.methods.is_empty() || self.patch.is_empty() {
-            return Err("methods or patch is empty; expected at least one of each".into());
+        if self.methods.is_empty() || self.selector.is_empty() || self.patch.is_empty() {
+            return Err("methods, selector or patch is empty; expected at least one of each".into());
         }
         pixels("tolerance_px", &self.tolerance_px)?;
         pixels("leg_px", &self.leg_px)?;
@@ -170,26 +174,37 @@ impl Suite {
     pub fn runs(&self) -> Result<Vec<Run>, Fault> {
         let mut runs: Vec<Run> = Vec::new();
         for method in &self.methods {
-            for tolerance_px in &self.tolerance_px {
-                for patch in &self.patch {
-                    for leg_px in &self.leg_px {
-                        let settings = self.settings(*tolerance_px, *patch, *leg_px);
-                        let run = Run { method: *method, settings };
-                        run.validate()?;
-                        // Values of settings that the method does not have would only repeat it.
-                        if !runs.iter().any(|other| other.file_stem() == run.file_stem()) {
-                            runs.push(run);
-                        }
-                    }
+            for settings in self.all_settings() {
+                let run = Run { method: *method, settings };
+                run.validate()?;
+                // Values of settings that the method does not have would only repeat it.
+                if !runs.iter().any(|other| other.file_stem() == run.file_stem()) {
+                    runs.push(run);
                 }
             }
         }
         Ok(runs)
     }
 
-    fn settings(&self, tolerance_px: f64, patch: u32, leg_px: f64) -> Settings {
+    /// Every combination of the lists.
+    fn all_settings(&self) -> Vec<Settings> {
+        let mut all = Vec::new();
+        for tolerance_px in &self.tolerance_px {
+            for selector in &self.selector {
+                for patch in &self.patch {
+                    for leg_px in &self.leg_px {
+                        all.push(self.settings(*tolerance_px, *selector, *patch, *leg_px));
+                    }
+                }
+            }
+        }
+        all
+    }
+
+    fn settings(&self, tolerance_px: f64, selector: SelectorName, patch: u32, leg_px: f64) -> Settings {
         Settings {
             tolerance_px,
+            selector,
             patch,
             max_spacing: self.max_spacing,
             schedule: self.schedule,

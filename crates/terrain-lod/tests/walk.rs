@@ -9,7 +9,7 @@ use htp_lod::{Batching, Htp};
 use lod_baselines::FullGrid;
 use terrain_core::{Heightmap, LodMethod, contract};
 use terrain_dem::synthetic;
-use tin_lod::Tin;
+use tin_lod::{Selector, Tin};
 
 const FRAMES: u32 = 2_000;
 const SEED: u64 = 2026;
@@ -23,12 +23,21 @@ fn walk(build: impl Fn(&Arc<Heightmap>, usize) -> Box<dyn LodMethod>) {
     contract::check(&heightmap, |threads| build(&heightmap, threads), SEED, FRAMES);
 }
 
-#[test]
-fn tin() {
+fn tin(selector: Selector) {
     walk(|heightmap, threads| {
-        let options = tin_lod::Options { threads, ..Default::default() };
+        let options = tin_lod::Options { threads, selector, ..Default::default() };
         Box::new(Tin::new(heightmap.clone(), options).unwrap())
     });
+}
+
+#[test]
+fn tin_algorithm1() {
+    tin(Selector::Algorithm1);
+}
+
+#[test]
+fn tin_bounded() {
+    tin(Selector::Bounded);
 }
 
 /// With legs so long that all three layers are in sight on so small a DEM, and so many of the 8 index lists.

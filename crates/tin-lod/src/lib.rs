@@ -11,26 +11,41 @@
 //! | point selection, Algorithm 1 (3.1) | `select.rs`, [`Options::tolerance_px`], [`max_spacing`](field@Options::max_spacing) |
 //! | border points (3.2) | `patches.rs` (edges are things of their own), `select.rs` |
 //! | Delaunay in the plane, lifted (3.3) | `triangulate.rs`, [`Options::triangulator`]; jitter is not needed, see there |
-//! | multi-resolution system, Algorithm 2 (4) | `mesh.rs`, `method.rs`: outdated patches in view, nearest first |
+//! | multi-resolution system, Algorithm 2 (4) | `mesh.rs`, `algorithm1_mesh.rs`, `method.rs`: outdated patches in view, nearest first |
 //! | a region of a fully refined patch in the index buffer (4) | `method.rs` |
 //! | normals in a texture (4) | the renderer |
 //! | asynchronous update (4) | `worker.rs`, [`Schedule::Live`]; with [`Schedule::Blocking`] a plan waits |
 //! | "a hierarchical data structure" for visibility (4) | `cull.rs` |
 //! | smoothing of selected heights (3.3, last paragraph) | not yet |
+//!
+//! Beyond the paper: a selection whose tolerance is a bound ([`Selector::Bounded`]). A [`ThresholdMap`] says of every
+//! sample at which levels of the tolerance ([`ladder`]) it is needed; a [`Selection`] keeps those of a level; a
+//! [`BoundedMesher`] triangulates them and repairs what edges at other levels spoil (`bounded.rs`).
 
+mod algorithm1_mesh;
+mod bounded;
+mod bounded_mesh;
 mod cull;
+mod deviation;
+mod greedy;
+pub mod ladder;
+mod lattice;
 mod mesh;
 mod method;
 mod options;
 mod patches;
 mod select;
+mod threshold_map;
 mod triangulate;
 mod worker;
 
 #[cfg(test)]
 mod live_tests;
 
+pub use bounded::{BoundedMesher, Repair, Selection, edge_levels};
 pub use method::Tin;
-pub use options::{EdgePolicy, Options, Schedule, TinError};
+pub use options::{EdgePolicy, Options, Schedule, Selector, TinError};
+pub use patches::{EdgeId, EdgeRun, PatchArea, PatchEdges, PatchGrid, PatchId};
 pub use select::{Border, Mask};
+pub use threshold_map::ThresholdMap;
 pub use triangulate::{KeptSamples, Triangulator};

@@ -8,7 +8,7 @@ use terrain_core::walk::RandomWalk;
 use terrain_core::{FramePlan, Heightmap, LodMethod, SplitMix64, contract};
 use terrain_dem::synthetic;
 
-use crate::{EdgePolicy, Options, Schedule, Tin};
+use crate::{EdgePolicy, Options, Schedule, Selector, Tin};
 
 /// Up to 2 ms, by lot; often none.
 fn random_delay() {
@@ -26,8 +26,11 @@ fn live(dem: &Arc<Heightmap>, options: Options) -> Tin {
 #[test]
 fn every_frame_is_whole_with_updates_half_done() {
     let dem = Arc::new(synthetic::generate(150, 131, 4));
-    for (threads, edge_policy) in [(1, EdgePolicy::Matched), (2, EdgePolicy::Paper), (8, EdgePolicy::Matched)] {
-        let options = Options { patch: 8, threads, edge_policy, ..Default::default() };
+    let (matched, paper) = (EdgePolicy::Matched, EdgePolicy::Paper);
+    let (algorithm1, bounded) = (Selector::Algorithm1, Selector::Bounded);
+    let cases = [(1, matched, algorithm1), (2, paper, algorithm1), (8, matched, algorithm1), (2, matched, bounded)];
+    for (threads, edge_policy, selector) in cases {
+        let options = Options { patch: 8, threads, edge_policy, selector, ..Default::default() };
         contract::check_live(&dem, Box::new(live(&dem, options)), threads as u64, 1_000);
     }
 }

@@ -129,9 +129,12 @@ impl Tin {
     fn map_to_index_buffer(&mut self, update: Update, plan: &mut FramePlan) {
         for made in update.triangulated {
             let first = made.patch as u64 * self.region_indices() as u64;
-            plan.upload(Buffer::Indices, first * size_of::<u32>() as u64, &made.indices);
-            let (indices, tolerance_m) = (made.indices.len() as u32, made.tolerance_m);
-            self.drawn[made.patch as usize] = DrawnPatch { indices, tolerance_m };
+            let drawn = &mut self.drawn[made.patch as usize];
+            drawn.tolerance_m = made.tolerance_m;
+            if let Some(indices) = made.indices {
+                drawn.indices = indices.len() as u32;
+                plan.upload(Buffer::Indices, first * size_of::<u32>() as u64, &indices);
+            }
         }
         plan.work.push(update.report);
     }

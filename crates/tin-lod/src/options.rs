@@ -2,6 +2,18 @@
 
 use crate::triangulate::Triangulator;
 
+/// Which samples of a patch are kept.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Selector {
+    /// Those that Algorithm 1 of the paper selects. The tolerance steers it and is **not** a bound of the error.
+    Algorithm1,
+    /// Those that a greedy insertion needs at the patch's tolerance: no sample of the DEM in a patch is farther from
+    /// its mesh than the tolerance. Needs [`Triangulator::Grid`] and [`EdgePolicy::Matched`], and a precomputed byte a
+    /// sample.
+    #[default]
+    Bounded,
+}
+
 /// Which edges follow when a patch is selected anew.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum EdgePolicy {
@@ -28,10 +40,11 @@ pub struct Options {
     /// Side of a patch in grid intervals: 8, 16, 32 or 64. Default 32, the paper's best (its Table 2).
     pub patch: u32,
     /// The allowed error in pixels ("pixel error" in the paper), above 0. Default 1.
-    ///
-    /// It steers the selection; it is **not** a bound of the error on the screen.
     pub tolerance_px: f64,
-    /// Largest distance between selected samples in grid intervals, 1 to `patch`. Default (`None`) half a patch.
+    /// Which samples are kept. Default [`Selector::Bounded`].
+    pub selector: Selector,
+    /// Algorithm 1: largest distance between selected samples in grid intervals, 1 to `patch`. Default (`None`) half a
+    /// patch.
     pub max_spacing: Option<u32>,
     /// Which edges follow a patch. Default [`EdgePolicy::Matched`].
     pub edge_policy: EdgePolicy,
@@ -48,6 +61,7 @@ impl Default for Options {
         Self {
             patch: 32,
             tolerance_px: 1.0,
+            selector: Selector::default(),
             max_spacing: None,
             edge_policy: EdgePolicy::default(),
             schedule: Schedule::default(),
@@ -74,6 +88,9 @@ pub enum TinError {
         /// The side of a patch.
         patch: u32,
     },
+    /// The bound rests on the grid kernel's tie-break, and on edges that follow at once.
+    #[error("the bounded selector needs the triangulator grid and the edge policy matched")]
+    Bounded,
     /// No thread at all.
     #[error("0 threads: expected 1 or more")]
     NoThreads,
@@ -95,6 +112,10 @@ impl Options {
         }
         if !(self.tolerance_px > 0.0 && self.tolerance_px.is_finite()) {
             return Err(TinError::Tolerance(self.tolerance_px));
+        }
+        let fits_bounded = self.triangulator == Triangulator::Grid && self.edge_policy == EdgePolicy::Matched;
+        if self.selector == Selector::Bounded && !fits_bounded {
+            return Err(TinError::Bounded);
         }
         if self.threads == 0 {
             return Err(TinError::NoThreads);

@@ -15,13 +15,13 @@
 use terrain_core::{Heightmap, Sample};
 
 /// Number of a patch, row by row.
-pub(crate) type PatchId = u32;
+pub type PatchId = u32;
 /// Number of an edge: the horizontal ones first.
-pub(crate) type EdgeId = u32;
+pub type EdgeId = u32;
 
 /// The grid of patches over a DEM.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct PatchGrid {
+pub struct PatchGrid {
     /// Samples of the DEM along x and z.
     columns: u32,
     rows: u32,
@@ -34,7 +34,7 @@ pub(crate) struct PatchGrid {
 
 /// The samples of a patch.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct PatchArea {
+pub struct PatchArea {
     /// The north-western sample.
     pub first: Sample,
     /// Grid intervals along x.
@@ -45,7 +45,7 @@ pub(crate) struct PatchArea {
 
 /// The samples of an edge.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct EdgeRun {
+pub struct EdgeRun {
     /// The western or northern end.
     pub first: Sample,
     /// Grid intervals to the other end.
@@ -56,14 +56,19 @@ pub(crate) struct EdgeRun {
 
 /// The four edges of a patch.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct PatchEdges {
+pub struct PatchEdges {
+    /// First row.
     pub north: EdgeId,
+    /// Last row.
     pub south: EdgeId,
+    /// First column.
     pub west: EdgeId,
+    /// Last column.
     pub east: EdgeId,
 }
 
 impl PatchEdges {
+    /// North, south, west, east.
     pub fn all(self) -> [EdgeId; 4] {
         [self.north, self.south, self.west, self.east]
     }
@@ -85,11 +90,18 @@ impl EdgeRun {
 }
 
 impl PatchGrid {
+    /// Divides a DEM into patches of `side` grid intervals: 8, 16, 32 or 64.
     pub fn new(heightmap: &Heightmap, side: u32) -> Self {
         let (columns, rows) = (heightmap.columns(), heightmap.rows());
         Self { columns, rows, side, across: (columns - 1).div_ceil(side), down: (rows - 1).div_ceil(side) }
     }
 
+    /// Grid intervals along the side of a whole patch.
+    pub fn side(&self) -> u32 {
+        self.side
+    }
+
+    /// Number of patches.
     pub fn patches(&self) -> u32 {
         self.across * self.down
     }
@@ -99,6 +111,7 @@ impl PatchGrid {
         [self.across, self.down]
     }
 
+    /// Number of edges.
     pub fn edges(&self) -> u32 {
         self.horizontal_edges() + self.down * (self.across + 1)
     }
@@ -107,6 +120,7 @@ impl PatchGrid {
         (self.down + 1) * self.across
     }
 
+    /// The samples of a patch.
     pub fn area(&self, patch: PatchId) -> PatchArea {
         let (column, row) = (patch % self.across * self.side, patch / self.across * self.side);
         PatchArea {
@@ -116,11 +130,13 @@ impl PatchGrid {
         }
     }
 
+    /// The edges around a patch.
     pub fn edges_of(&self, patch: PatchId) -> PatchEdges {
         let west = self.horizontal_edges() + patch / self.across * (self.across + 1) + patch % self.across;
         PatchEdges { north: patch, south: patch + self.across, west, east: west + 1 }
     }
 
+    /// The samples of an edge.
     pub fn run(&self, edge: EdgeId) -> EdgeRun {
         let along_x = edge < self.horizontal_edges();
         let (column, row) = if along_x {

@@ -13,6 +13,8 @@ use std::cell::RefCell;
 
 use crate::select::{Border, Mask, inner_bits};
 
+pub(crate) use grid::GridKernel;
+
 /// What connects the kept samples of a patch.
 ///
 /// All three are exact and give the same number of triangles. Where four samples lie on a circle either diagonal is
@@ -59,7 +61,7 @@ impl Triangulator {
         kept.validate();
         match self {
             Self::Grid => {
-                thread_local!(static KERNEL: RefCell<grid::GridKernel> = RefCell::new(grid::GridKernel::new()));
+                thread_local!(static KERNEL: RefCell<GridKernel> = RefCell::new(GridKernel::new()));
                 KERNEL.with_borrow_mut(|kernel| kernel.triangulate(kept, indices));
             }
             Self::Delaunator => delaunator::triangulate(kept, indices),
@@ -113,7 +115,7 @@ impl KeptSamples<'_> {
 }
 
 /// Positions of the set bits, lowest first.
-fn bits(mut mask: Mask) -> impl Iterator<Item = u32> {
+pub(crate) fn bits(mut mask: Mask) -> impl Iterator<Item = u32> {
     std::iter::from_fn(move || {
         let next = (mask != 0).then(|| mask.trailing_zeros());
         mask &= mask.wrapping_sub(1);

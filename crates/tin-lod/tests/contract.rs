@@ -2,16 +2,25 @@
 
 use std::sync::Arc;
 
+use terrain_core::error::{ErrorDistribution, ErrorOracle};
 use terrain_core::walk::RandomWalk;
-use terrain_core::{FramePlan, Heightmap, LodMethod, SplitMix64, contract};
+use terrain_core::{FramePlan, Heightmap, LodMethod, MeshMirror, SplitMix64, contract};
 use terrain_dem::synthetic;
-use tin_lod::{EdgePolicy, Options, Tin, Triangulator};
+use tin_lod::{EdgePolicy, Options, Selector, Tin, Triangulator};
 
+/// With every selector that the options fit.
 fn check(dem: Heightmap, options: Options, seed: u64, frames: u32) {
     let dem = Arc::new(dem);
-    let build =
-        |threads| -> Box<dyn LodMethod> { Box::new(Tin::new(dem.clone(), Options { threads, ..options }).unwrap()) };
-    contract::check(&dem, build, seed, frames);
+    for selector in [Selector::Algorithm1, Selector::Bounded] {
+        let options = Options { selector, ..options };
+        if options.validate().is_err() {
+            continue;
+        }
+        let build = |threads| -> Box<dyn LodMethod> {
+            Box::new(Tin::new(dem.clone(), Options { threads, ..options }).unwrap())
+        };
+        contract::check(&dem, build, seed, frames);
+    }
 }
 
 #[test]
@@ -73,7 +82,8 @@ fn flat_spiked_and_extreme_heights() {
 #[test]
 fn a_plan_updates_only_outdated_patches() {
     let dem = Arc::new(synthetic::generate(513, 513, 2));
-    let mut tin = Tin::new(dem.clone(), Options::default()).unwrap();
+    let options = Options { selector: Selector::Algorithm1, ..Default::default() };
+    let mut tin = Tin::new(dem.clone(), options).unwrap();
     let mut plan = FramePlan::default();
     let (mut updated, mut drawn) = (0, 0);
     for view in RandomWalk::new(4, &dem).take(200) {
@@ -96,4 +106,26 @@ fn options_out_of_range_are_refused_in_one_line() {
         refuse(Options { max_spacing: Some(33), ..Default::default() }),
         "maximum spacing of 33 intervals: expected 1 to 32, the side of a patch"
     );
+}
+
+/// The whole of it: in every frame of a walk no sample in view is farther off than the tolerance, edges between levels
+/// and rim patches included.
+#[test]
+fn the_bounded_selector_keeps_the_tolerance_in_every_frame() {
+    let dem = Arc::new(synthetic::generate(190, 247, 7));
+    for (tolerance_px, patch) in [(0.25, 32), (1.0, 8), (1.0, 32), (2.0, 64), (4.0, 16)] {
+        let mut tin = Tin::new(dem.clone(), Options { tolerance_px, patch, ..Default::default() }).unwrap();
+        let mut mirror = MeshMirror::new(&tin.buffers(), &dem);
+        let (mut plan, mut oracle) = (FramePlan::default(), ErrorOracle::new(&dem));
+        for (frame, view) in RandomWalk::new(17, &dem).take(150).enumerate() {
+            tin.plan(&view, &mut plan);
+            if mirror.replay(&plan).unwrap() {
+                oracle.set_mesh(mirror.triangles());
+            }
+            let mut errors = ErrorDistribution::new(&[]);
+            oracle.measure(&view, &mut errors);
+            let share = errors.max_px() as f64 / tolerance_px;
+            assert!(share <= 1.0001, "{tolerance_px} px, patch {patch}, frame {frame}: {share} times the tolerance");
+        }
+    }
 }

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use crate::program::{Row, bench, shared_dem, terrain_lod};
 
-const METHODS: [&str; 4] = ["tin", "htp", "htp-instanced", "full-grid"];
+const METHODS: [&str; 5] = ["tin", "tin", "htp", "htp-instanced", "full-grid"];
 const FLIGHTS: [&str; 4] = ["ground-level", "fly-over", "turn", "stop-and-go"];
 
 /// Flies all four flights with all methods; no frame may have a crack.

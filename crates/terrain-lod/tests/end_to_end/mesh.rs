@@ -70,7 +70,7 @@ fn every_method_exports_the_whole_dem() {
 /// Found by a review: with culling off from the first frame on, the TIN's history was another one than in the bench.
 #[test]
 fn the_mesh_has_as_many_triangles_in_view_as_the_bench_draws() {
-    let rows = bench(&["--methods", "tin", "--frames", "30"]);
+    let rows = bench(&["--methods", "tin", "--selector", "bounded", "--frames", "30"]);
     let place = tempfile::tempdir().unwrap();
     let arguments = ["mesh", "--method", "tin", "--frames", "30", "--frame", "29", "--out", "mesh.ply"];
     let output = terrain_lod(place.path(), &arguments);

@@ -40,7 +40,7 @@ fn entries(place: &Path) -> Vec<std::ffi::OsString> {
 #[test]
 fn every_refusal_is_one_line_with_its_exit_code() {
     let place = wrong_files();
-    let cases: [(&[&str], i32, &str); 17] = [
+    let cases: [(&[&str], i32, &str); 18] = [
         (&["--dem", "none.png"], 4, "error: none.png: no such file; expected a 16-bit greyscale PNG"),
         (&["--dem", "text.png", "--spacing", "30"], 4, "error: text.png: not a PNG"),
         (&["--dem", "synthetic:1x9:7"], 4, "error: synthetic:1x9:7: no synthetic terrain; expected"),
@@ -59,6 +59,11 @@ fn every_refusal_is_one_line_with_its_exit_code() {
         ),
         (&["--suite", "suite.toml"], 4, "error: suite.toml:2:1: unknown field `flihgt`"),
         (&["--patch", "12"], 2, "error: patch of 12 intervals: expected 8, 16, 32 or 64"),
+        (
+            &["--selector", "bounded", "--triangulator", "spade"],
+            2,
+            "error: the bounded selector needs the triangulator grid",
+        ),
         (&["--max-spacing", "99"], 2, "error: maximum spacing of 99 intervals: expected 1 to 32"),
         (&["--tolerance", "0"], 2, "error: invalid value '0' for '--tolerance"),
         (&["--k", "1"], 2, "error: "),
@@ -79,7 +84,7 @@ fn every_refusal_is_one_line_with_its_exit_code() {
 fn a_suite_keeps_the_ranges_of_the_flags() {
     let place = wrong_files();
     let cases = [
-        ("methods = []", "methods or patch is empty; expected at least one of each"),
+        ("methods = []", "methods, selector or patch is empty; expected at least one of each"),
         ("tolerance_px = []", "tolerance_px is empty; expected at least one"),
         ("tolerance_px = [1.0, nan]", "tolerance_px = NaN; expected 1e-6 to 1e6"),
         ("leg_px = [-1.0]", "leg_px = -1; expected 1e-6 to 1e6"),

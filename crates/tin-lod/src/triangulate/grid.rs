@@ -33,12 +33,14 @@
 
 mod half_edges;
 
-use half_edges::{HalfEdge, HalfEdges, OUTSIDE, PLUMB, Vertex, dot, doubled_area, open_slot, position, vertex};
+use half_edges::{HalfEdge, HalfEdges, OUTSIDE, PLUMB, open_slot};
+
+use crate::lattice::{Vertex, dot, doubled_area, position, vertex};
 
 use super::KeptSamples;
 
 /// The memory that the triangulation of a patch needs, for one patch after the other.
-pub(super) struct GridKernel {
+pub(crate) struct GridKernel {
     triangles: HalfEdges,
     front: Front,
 }
@@ -49,6 +51,22 @@ impl GridKernel {
     }
 
     pub fn triangulate(&mut self, kept: &KeptSamples, indices: &mut Vec<u32>) {
+        self.connect(kept);
+        self.append_indices(kept, indices);
+    }
+
+    /// The corners of the present triangles.
+    pub fn triangles(&self) -> impl ExactSizeIterator<Item = [Vertex; 3]> {
+        self.triangles.triangles()
+    }
+
+    /// Adds a sample inside the patch to the present triangles. `near` is the number of any of them.
+    pub fn add(&mut self, sample: Vertex, near: usize) {
+        self.triangles.insert(sample, near);
+    }
+
+    /// Triangulates.
+    pub fn connect(&mut self, kept: &KeptSamples) {
         self.start(kept);
         for row in 1..=kept.depth {
             let mut columns = kept.inner_row(row) | kept.has_west(row) as u64;
@@ -62,7 +80,6 @@ impl GridKernel {
             }
         }
         self.flatten();
-        self.append_indices(kept, indices);
     }
 
     /// The first row is the first front. There is no triangle beyond it.
@@ -178,7 +195,7 @@ impl GridKernel {
         }
     }
 
-    fn append_indices(&self, kept: &KeptSamples, indices: &mut Vec<u32>) {
+    pub fn append_indices(&self, kept: &KeptSamples, indices: &mut Vec<u32>) {
         let index = |v: Vertex| {
             let (column, row) = position(v);
             kept.index(column as u32, row as u32)

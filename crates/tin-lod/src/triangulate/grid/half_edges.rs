@@ -1,4 +1,5 @@
-//! Triangles on integer points as half-edges, and the flips that make them Delaunay: exact, and to a unique result.
+//! Triangles on integer points as half-edges, and the flips that make them Delaunay: exact, and to a unique
+//! result (`lattice.rs`).
 //!
 //! ```text
 //!           0           Triangle t has four slots. 4t + i is the half-edge from corner i to the next corner,
@@ -7,17 +8,9 @@
 //!        v     \        An edge with no triangle beyond has an open slot as its twin, and that slot's twin is the
 //!       1 -----> 2      edge. So linking and flipping need not ask whether there is a neighbour.
 //! ```
-//!
-//! **Exact.** No coordinate exceeds 64, so no doubled area within a patch exceeds 2^12, no scalar product 2^13, and
-//! no value of the in-circle test 2^27: `i32` holds them.
-//!
-//! **Unique.** Of four points on a circle the one with the largest key (row, then column) counts as lifted off the
-//! paraboloid, by more than all smaller keys together and by less than any distance between integers. No three
-//! points on a circle are in line, so the largest lift always decides: of the two diagonals the one that does not
-//! touch it is right. As one lifting serves all tests, the result depends on the points alone.
 
-/// Key of a point: `row << 8 | column`. Keys compare as (row, column).
-pub(super) type Vertex = u16;
+use crate::lattice::{Vertex, doubled_area, must_flip};
+
 /// Slot of a half-edge.
 pub(super) type HalfEdge = u16;
 
@@ -37,41 +30,6 @@ pub(super) const fn open_slot(number: u32) -> HalfEdge {
 
 fn is_open(e: HalfEdge) -> bool {
     e & 3 == 3
-}
-
-pub(super) fn vertex(column: u32, row: u32) -> Vertex {
-    (row << 8 | column) as Vertex
-}
-
-/// Column and row.
-pub(super) fn position(vertex: Vertex) -> (i32, i32) {
-    ((vertex & 0xff) as i32, (vertex >> 8) as i32)
-}
-
-/// Twice the area of a triangle, positive when counter-clockwise seen from above (columns run east, rows south).
-#[inline(always)]
-pub(super) fn doubled_area(a: Vertex, b: Vertex, c: Vertex) -> i32 {
-    let ((ax, az), (bx, bz), (cx, cz)) = (position(a), position(b), position(c));
-    (cx - ax) * (bz - az) - (cz - az) * (bx - ax)
-}
-
-/// Scalar product of the ways from a point to two others: positive below a right angle.
-#[inline(always)]
-pub(super) fn dot(from: Vertex, b: Vertex, c: Vertex) -> i32 {
-    let ((x, z), (bx, bz), (cx, cz)) = (position(from), position(b), position(c));
-    (bx - x) * (cx - x) + (bz - z) * (cz - z)
-}
-
-/// Whether the edge `a b`, between the triangles `apex a b` and `far b a`, must give way to the edge `apex far`.
-///
-/// It must when the angles at `apex` and `far` are more than 180 degrees together: their sine, times the lengths of
-/// four sides, is below 0.
-#[inline(always)]
-fn must_flip(apex: Vertex, a: Vertex, b: Vertex, far: Vertex) -> bool {
-    let sine = doubled_area(apex, a, b) * dot(far, a, b) + doubled_area(far, b, a) * dot(apex, a, b);
-    let touches_lifted = a.max(b) > apex.max(far);
-    // One comparison for "below 0, or 0 and touching": this is the most frequent branch of all.
-    2 * sine < touches_lifted as i32
 }
 
 /// The half-edge after one in its triangle.
@@ -212,13 +170,13 @@ impl HalfEdges {
     #[inline(always)]
     pub fn settle(&mut self, e: HalfEdge) {
         if self.wrong(e, self.corners(e)).is_some() {
-            self.settle_around(e);
+            self.suspects.push(e);
+            self.settle_suspects();
         }
     }
 
     #[cold]
-    fn settle_around(&mut self, e: HalfEdge) {
-        self.suspects.push(e);
+    fn settle_suspects(&mut self) {
         while let Some(e) = self.suspects.pop() {
             let corners = self.corners(e);
             if let Some(far) = self.wrong(e, corners) {
@@ -228,5 +186,41 @@ impl HalfEdges {
                 self.suspects.extend([t, t | 1, u | 1, u | 2]);
             }
         }
+    }
+
+    /// Adds a point to triangles that are convex, Delaunay, and hold it inside their outline. `near` is the number of
+    /// any triangle, best of one close to the point.
+    ///
+    /// ```text
+    ///     c                c          Where the point is on an edge, one of the three has no area. It goes first:
+    ///    / \              /|\         its edge is wrong, and the flip leaves two triangles of its width.
+    ///   / . \     ->     / . \
+    ///  a-----b          a-----b
+    /// ```
+    pub fn insert(&mut self, point: Vertex, near: usize) {
+        let t = self.locate(point, 4 * near as HalfEdge);
+        let ([c, a, b], twins) = (self.corners(t), [t, t | 1, t | 2].map(|e| self.twin(e)));
+        self.set(t, [point, a, b]);
+        self.link(t | 1, twins[0]);
+        let u = self.push([point, b, c], [t | 2, twins[1], OUTSIDE]);
+        let v = self.push([point, c, a], [u | 2, twins[2], t]);
+        let mut outer = [t | 1, u | 1, v | 1];
+        outer.sort_unstable_by_key(|e| {
+            let [apex, from, to] = self.corners(*e);
+            doubled_area(apex, from, to) == 0
+        });
+        self.suspects.extend(outer);
+        self.settle_suspects();
+    }
+
+    /// Walks to the triangle of a point, always across an edge that has the point beyond it: in a Delaunay
+    /// triangulation no such walk runs in a circle.
+    fn locate(&self, point: Vertex, mut first: HalfEdge) -> HalfEdge {
+        let is_beyond =
+            |e: &HalfEdge| doubled_area(self.origin[*e as usize], self.origin[next(*e) as usize], point) < 0;
+        while let Some(e) = [first, first | 1, first | 2].into_iter().find(is_beyond) {
+            first = self.twin(e) & !3;
+        }
+        first
     }
 }

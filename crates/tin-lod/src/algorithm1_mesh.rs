@@ -1,0 +1,204 @@
+//! The mesh of Algorithm 1: its patches and edges, and one update of them.
+//!
+//! Each edge is selected once, for both of its patches. Where an update changes an edge, the patch on the other side
+//! is triangulated anew in the same update, with the interior that it had. So the triangulations that one update
+//! returns fit each other and all that came before: what is drawn is watertight after every update.
+//!
+//! Deviation: an edge is selected for its own distance, which is never less than that of either patch: its box lies in
+//! theirs. The decided reading turns the tolerance into metres at the patch's distance, of which an edge has two.
+
+use std::time::{Duration, Instant};
+
+use rayon::prelude::*;
+use terrain_core::{Aabb, Heightmap, View, WorkReport};
+
+use crate::mesh::{Triangulated, Update, tolerance_m_at};
+use crate::options::{EdgePolicy, Options};
+use crate::patches::{EdgeId, PatchGrid, PatchId};
+use crate::select::{Border, Mask, select_edge, select_interior};
+use crate::triangulate::KeptSamples;
+
+/// Patches and edges as of their last updates.
+pub(crate) struct Algorithm1Mesh {
+    grid: PatchGrid,
+    patches: Vec<Patch>,
+    edges: Vec<Edge>,
+}
+
+struct Patch {
+    bounds_world: Aabb,
+    /// The tolerance in metres of the last selection. It holds all that a later update must know of the view back
+    /// then; infinite before the first.
+    tolerance_m: f64,
+    interior: Vec<Mask>,
+}
+
+struct Edge {
+    bounds_world: Aabb,
+    kept: Mask,
+}
+
+impl Algorithm1Mesh {
+    /// The coarsest mesh: what is always kept, and nothing else. Every update starts from a whole, watertight DEM.
+    pub fn coarsest(heightmap: &Heightmap, options: &Options, grid: PatchGrid) -> (Self, Update) {
+        let patch = |patch| {
+            let area = grid.area(patch);
+            let bounds_world = heightmap.bounds_world(area.first, area.last());
+            Patch { bounds_world, tolerance_m: f64::INFINITY, interior: Vec::new() }
+        };
+        let edge = |edge| {
+            let run = grid.run(edge);
+            let kept = select_edge(heightmap, run, f64::INFINITY, options.max_spacing());
+            Edge { bounds_world: heightmap.bounds_world(run.first, run.sample(run.length)), kept }
+        };
+        let all: Vec<PatchId> = (0..grid.patches()).collect();
+        let patches = all.par_iter().map(|p| patch(*p)).collect();
+        let edges = (0..grid.edges()).into_par_iter().map(edge).collect();
+        let mut mesh = Self { grid, patches, edges };
+        let (start, tolerances) = (Instant::now(), vec![f64::INFINITY; all.len()]);
+        let select = mesh.select_interiors(heightmap, options, &all, &tolerances);
+        let update = mesh.triangulate(heightmap, options, all, start, select);
+        (mesh, update)
+    }
+
+    pub fn bounds_world(&self, patch: PatchId) -> &Aabb {
+        &self.patches[patch as usize].bounds_world
+    }
+
+    /// The tolerance in metres of the patch's last selection.
+    pub fn tolerance_m(&self, patch: PatchId) -> f64 {
+        self.patches[patch as usize].tolerance_m
+    }
+
+    /// Selects these patches and their edges for a view, and triangulates them and the neighbours of changed edges.
+    pub fn update(&mut self, heightmap: &Heightmap, options: &Options, view: &View, patches: &[PatchId]) -> Update {
+        let start = Instant::now();
+        let (mut batch, mut select) = self.select_edges(heightmap, options, view, patches);
+        let tolerance_m = |p: &PatchId| tolerance_m_at(self.bounds_world(*p), options, view);
+        let tolerances: Vec<f64> = patches.iter().map(tolerance_m).collect();
+        select += self.select_interiors(heightmap, options, patches, &tolerances);
+        batch.extend(patches);
+        batch.sort_unstable();
+        batch.dedup();
+        self.triangulate(heightmap, options, batch, start, select)
+    }
+
+    /// Selects the edges that the policy lets follow these patches. Returns the patches of all edges that changed, and
+    /// the time summed over all threads.
+    fn select_edges(
+        &mut self,
+        heightmap: &Heightmap,
+        options: &Options,
+        view: &View,
+        patches: &[PatchId],
+    ) -> (Vec<PatchId>, Duration) {
+        let mut edges: Vec<EdgeId> = patches.iter().flat_map(|p| self.grid.edges_of(*p).all()).collect();
+        edges.sort_unstable();
+        if options.edge_policy == EdgePolicy::Paper {
+            edges = edges_with_all_patches(&self.grid, &edges);
+        }
+        edges.dedup();
+        let selected = self.parallel(&edges, |mesh, edge| {
+            let tolerance_m = tolerance_m_at(&mesh.edges[edge as usize].bounds_world, options, view);
+            select_edge(heightmap, mesh.grid.run(edge), tolerance_m, options.max_spacing())
+        });
+        let (mut changed, mut time) = (Vec::new(), Duration::ZERO);
+        for (edge, (kept, spent)) in edges.into_iter().zip(selected) {
+            if std::mem::replace(&mut self.edges[edge as usize].kept, kept) != kept {
+                changed.extend(self.grid.patches_of(edge).into_iter().flatten());
+            }
+            time += spent;
+        }
+        (changed, time)
+    }
+
+    /// Selects the interiors of these patches, each for its tolerance in metres. Returns the time summed over all threads.
+    fn select_interiors(
+        &mut self,
+        heightmap: &Heightmap,
+        options: &Options,
+        patches: &[PatchId],
+        tolerances_m: &[f64],
+    ) -> Duration {
+        let places: Vec<u32> = (0..patches.len() as u32).collect();
+        let selected = self.parallel(&places, |mesh, place| {
+            let (patch, tolerance_m) = (patches[place as usize], tolerances_m[place as usize]);
+            let (area, border) = (mesh.grid.area(patch), mesh.border(patch));
+            select_interior(heightmap, area, border, tolerance_m, options.max_spacing())
+        });
+        let mut time = Duration::ZERO;
+        for ((patch, tolerance_m), (interior, spent)) in patches.iter().zip(tolerances_m).zip(selected) {
+            let patch = &mut self.patches[*patch as usize];
+            (patch.tolerance_m, patch.interior) = (*tolerance_m, interior);
+            time += spent;
+        }
+        time
+    }
+
+    /// Triangulates these patches as they are selected now.
+    fn triangulate(
+        &self,
+        heightmap: &Heightmap,
+        options: &Options,
+        batch: Vec<PatchId>,
+        start: Instant,
+        select: Duration,
+    ) -> Update {
+        let made = self.parallel(&batch, |mesh, patch| {
+            let mut indices = Vec::new();
+            options.triangulator.triangulate(&mesh.kept_samples(heightmap, patch), &mut indices);
+            indices
+        });
+        let triangulate = made.iter().map(|(_, spent)| *spent).sum();
+        let finish = |(patch, (indices, _)): (PatchId, (Vec<u32>, Duration))| Triangulated {
+            patch,
+            tolerance_m: self.patches[patch as usize].tolerance_m,
+            indices: Some(indices),
+        };
+        let triangulated: Vec<Triangulated> = batch.into_iter().zip(made).map(finish).collect();
+        let report = WorkReport {
+            patches: triangulated.len() as u32,
+            triangles: triangulated.iter().map(Triangulated::triangles).sum(),
+            select,
+            triangulate,
+            update: start.elapsed(),
+            ..Default::default()
+        };
+        Update { triangulated, report }
+    }
+
+    fn kept_samples(&self, heightmap: &Heightmap, patch: PatchId) -> KeptSamples<'_> {
+        let area = self.grid.area(patch);
+        KeptSamples {
+            width: area.width,
+            depth: area.depth,
+            border: self.border(patch),
+            interior: &self.patches[patch as usize].interior,
+            first_index: heightmap.index(area.first),
+            row_stride: heightmap.columns(),
+        }
+    }
+
+    fn border(&self, patch: PatchId) -> Border {
+        let edges = self.grid.edges_of(patch);
+        let kept = |edge: EdgeId| self.edges[edge as usize].kept;
+        Border { north: kept(edges.north), south: kept(edges.south), west: kept(edges.west), east: kept(edges.east) }
+    }
+
+    /// `work` for each number, on the threads of the current pool, with the time that each took; in order.
+    fn parallel<T: Send>(&self, numbers: &[u32], work: impl Fn(&Self, u32) -> T + Sync) -> Vec<(T, Duration)> {
+        let timed = |number: &u32| {
+            let start = Instant::now();
+            (work(self, *number), start.elapsed())
+        };
+        numbers.par_iter().map(timed).collect()
+    }
+}
+
+/// Of the sorted edges of some patches (an edge stands there once for each of its patches among them) those whose
+/// patches are all among them: "the border points will remain in the same state until both patches that share that
+/// border receive a new update request" (section 3.2).
+fn edges_with_all_patches(grid: &PatchGrid, edges: &[EdgeId]) -> Vec<EdgeId> {
+    let all = |same: &&[EdgeId]| same.len() == grid.patches_of(same[0]).iter().flatten().count();
+    edges.chunk_by(|a, b| a == b).filter(all).map(|same| same[0]).collect()
+}

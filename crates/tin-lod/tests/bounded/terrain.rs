@@ -1,0 +1,44 @@
+//! DEMs to test on.
+
+use std::path::Path;
+
+use terrain_core::{Heightmap, SplitMix64};
+use terrain_dem::ReadOptions;
+
+/// A DEM that lies beside the project on some machines; without it the test says so and goes on.
+pub fn shared(name: &str) -> Option<Heightmap> {
+    let spacing_m = match name {
+        "ps_1025" | "ps_257_crop_rainier" => 160.0,
+        _ => 30.0,
+    };
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/dem");
+    let path = folder.join(name).with_extension("png");
+    if !path.is_file() {
+        eprintln!("skipped: {} is not on this machine", path.display());
+        return None;
+    }
+    let options = ReadOptions { spacing_m: Some([spacing_m; 2]), scale: Some(0.1), ..Default::default() };
+    Some(terrain_dem::read(&path, &options).unwrap().heightmap.as_ref().clone())
+}
+
+/// A DEM by a formula of column and row.
+pub fn dem(columns: u32, rows: u32, mut height_m: impl FnMut(u32, u32) -> f64) -> Heightmap {
+    let heights_m = (0..columns * rows).map(|i| height_m(i % columns, i / columns) as f32).collect();
+    Heightmap::new(columns, rows, [30.0, 45.0], heights_m).unwrap()
+}
+
+/// Shapes that leave little room, and heights that put many samples on circles, or all but one on a plane.
+pub fn awkward() -> Vec<(String, Heightmap)> {
+    let mut random = SplitMix64::new(1);
+    let mut all = Vec::new();
+    for (columns, rows) in [(2, 2), (2, 70), (70, 2), (3, 3), (9, 8), (31, 33), (65, 65), (66, 34)] {
+        all.push((format!("{columns} x {rows}"), dem(columns, rows, |_, _| random.range(0.0, 300.0))));
+    }
+    all.push(("flat".to_owned(), dem(70, 50, |_, _| -3.0)));
+    all.push(("spike".to_owned(), dem(70, 50, |x, z| if (x, z) == (20, 17) { 9000.0 } else { 0.0 })));
+    all.push(("spike on an edge".to_owned(), dem(70, 50, |x, z| if (x, z) == (32, 17) { 9000.0 } else { 0.0 })));
+    all.push(("checkerboard".to_owned(), dem(70, 50, |x, z| if (x + z) % 2 == 0 { -1e4 } else { 1e4 })));
+    all.push(("plane".to_owned(), dem(70, 50, |x, z| x as f64 * 3.5 - z as f64)));
+    all.push(("steps".to_owned(), dem(70, 50, |x, z| ((x / 5 + z / 7) * 10) as f64)));
+    all
+}
