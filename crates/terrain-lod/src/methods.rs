@@ -130,21 +130,24 @@ impl Run {
         self.method == MethodName::Tin
     }
 
-    /// What the column `setting` says; the tolerance has a column of its own.
+    /// What the column `setting` says, by the names of the flags; the tolerance has a column of its own.
     pub fn setting(&self) -> String {
         let Settings { patch, max_spacing, leg_px, k, layers, .. } = self.settings;
         match self.method {
             MethodName::Tin => {
                 let spacing = match self.settings.selector {
-                    SelectorName::Algorithm1 => format!(" spacing={}", max_spacing.unwrap_or(patch / 2)),
+                    SelectorName::Algorithm1 => format!(" max-spacing={}", max_spacing.unwrap_or(patch / 2)),
                     SelectorName::Bounded => String::new(),
                 };
                 let (selector, triangulator) = (name_of(self.settings.selector), name_of(self.settings.triangulator));
                 let (edges, schedule) = (name_of(self.settings.edge_policy), name_of(self.settings.schedule));
-                format!("{selector} patch={patch}{spacing} {triangulator} {edges} {schedule}")
+                format!(
+                    "selector={selector} patch={patch}{spacing} triangulator={triangulator} edge-policy={edges} \
+                     schedule={schedule}"
+                )
             }
             MethodName::Htp | MethodName::HtpInstanced => {
-                format!("metric=distance leg={leg_px}px k={k} layers={layers}")
+                format!("metric=distance leg-px={leg_px} k={k} layers={layers}")
             }
             MethodName::FullGrid => "step=1".into(),
         }
