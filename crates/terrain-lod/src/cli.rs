@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use clap::builder::TypedValueParser;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use terrain_dem::ReadOptions;
-use terrain_renderer::{AdapterChoice, Submission};
+use terrain_renderer::{AdapterChoice, Colour, Look, Normals, Submission};
 
 use crate::choices::{EdgePolicyName, ScheduleName, SelectorName, TriangulatorName};
 use crate::methods::MethodName;
@@ -134,6 +134,45 @@ impl From<SubmissionName> for Submission {
     }
 }
 
+/// What the triangles are coloured by.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum ColourName {
+    /// Height and slope, under one sun
+    Shaded,
+    /// One colour a patch
+    Patch,
+    /// One colour a level
+    Level,
+}
+
+impl From<ColourName> for Colour {
+    fn from(name: ColourName) -> Self {
+        match name {
+            ColourName::Shaded => Self::Shaded,
+            ColourName::Patch => Self::ByPatch,
+            ColourName::Level => Self::ByLevel,
+        }
+    }
+}
+
+/// Where the normals are read that the light falls on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum NormalsName {
+    /// At every pixel
+    Pixel,
+    /// At the vertices
+    Vertex,
+}
+
+impl From<NormalsName> for Normals {
+    fn from(name: NormalsName) -> Self {
+        match name {
+            NormalsName::Pixel => Self::PerPixel,
+            NormalsName::Vertex => Self::PerVertex,
+        }
+    }
+}
+
 #[derive(Debug, Args)]
 pub struct BenchArgs {
     /// A suite in data/suites (quick, smoke), or a TOML file; the flags below override it
@@ -172,6 +211,12 @@ pub struct BenchArgs {
     pub repeats: Option<u32>,
     #[command(flatten)]
     pub adapter: AdapterArgs,
+    /// What the triangles are coloured by [default: shaded]
+    #[arg(long)]
+    pub colour: Option<ColourName>,
+    /// Where normals are read [default: pixel]
+    #[arg(long)]
+    pub normals: Option<NormalsName>,
     /// How the draws are sent [default: direct]
     #[arg(long)]
     pub submission: Option<SubmissionName>,
@@ -184,6 +229,14 @@ pub struct BenchArgs {
     /// List the runs, check DEM, flight and output folder, estimate the time; fly nothing
     #[arg(long)]
     pub dry_run: bool,
+}
+
+impl BenchArgs {
+    /// How frames and pictures look.
+    pub fn look(&self) -> Look {
+        let (colour, normals) = (self.colour.map(Colour::from), self.normals.map(Normals::from));
+        Look { colour: colour.unwrap_or_default(), normals: normals.unwrap_or_default(), ..Default::default() }
+    }
 }
 
 #[derive(Debug, Args)]

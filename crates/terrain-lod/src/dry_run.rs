@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 use terrain_core::error::{ErrorDistribution, ErrorOracle};
 use terrain_core::watertight::WatertightOracle;
 use terrain_core::{FramePlan, MeshMirror};
-use terrain_renderer::{Look, Renderer};
+use terrain_renderer::Renderer;
 
 use crate::fault::{Cause, Fault};
 use crate::interrupt;
@@ -63,7 +63,7 @@ fn estimate(bench: &Bench, run: &Run, renderer: &mut Option<Renderer>) -> Result
         let start = Instant::now();
         method.plan(&view, &mut plan);
         if let (Some(renderer), Some(buffers)) = (renderer.as_mut(), buffers.as_mut()) {
-            renderer.frame(&view, &plan, buffers, &Look::default())?;
+            renderer.frame(&view, &plan, buffers, &bench.look)?;
         }
         speed_time = start.elapsed();
         let start = Instant::now();

@@ -3,7 +3,6 @@
 use serde::Serialize;
 use terrain_core::{FramePlan, Heightmap, MeshMirror, Triangle};
 use terrain_dem::{write_atomically, write_ply};
-use terrain_renderer::Submission;
 
 use crate::cli::MeshArgs;
 use crate::fault::{Cause, Fault};
@@ -32,7 +31,7 @@ pub fn run(args: &MeshArgs) -> Result<(), Fault> {
         let last = args.frames - 1;
         return Err(Fault::usage(format!("frame {} of {} frames: expected 0 to {last}", args.frame, args.frames)));
     }
-    let bench = Bench::new("mesh", suite(args), &args.dem.read_options(), Submission::Direct)?;
+    let bench = Bench::new("mesh", suite(args), &args.dem.read_options())?;
     probe_parent(&args.out)?;
     let triangles = replay(&bench, args.frame)?;
     let (vertices, faces) = share_vertices(&bench.dem.heightmap, &triangles);

@@ -29,7 +29,7 @@ pub fn take(
         method.plan(&view, &mut plan);
         if moments.contains(&frame) {
             let stem = folder.join(format!("{}-frame{frame:04}", run.file_stem()));
-            shoot(renderer, &view, &plan, &mut buffers, &stem)?;
+            shoot(renderer, &view, &plan, &mut buffers, &bench.look, &stem)?;
             progress.step();
         } else {
             buffers.apply(renderer.gpu(), &plan);
@@ -49,9 +49,10 @@ fn shoot(
     view: &View,
     plan: &FramePlan,
     buffers: &mut MethodBuffers,
+    look: &Look,
     stem: &Path,
 ) -> Result<(), Fault> {
-    let times = renderer.frame(view, plan, buffers, &Look::default())?;
+    let times = renderer.frame(view, plan, buffers, look)?;
     let planned = FrameStats::of(plan).triangles;
     if let Some(counted) = times.primitives.filter(|counted| *counted != planned) {
         let message = format!("the plan has {planned} triangles, the GPU counted {counted}");
@@ -59,7 +60,7 @@ fn shoot(
     }
     save(renderer, stem, "shaded")?;
     if renderer.gpu().facts().wireframe {
-        renderer.frame(view, plan, buffers, &Look { wireframe: true, ..Default::default() })?;
+        renderer.frame(view, plan, buffers, &Look { wireframe: true, ..*look })?;
         save(renderer, stem, "wireframe")?;
     }
     Ok(())

@@ -88,7 +88,7 @@ fn fly(
         let (cpu, start) = (ProcessTime::now(), Instant::now());
         method.plan(&view, &mut plan);
         let plan_time = start.elapsed();
-        let times = draw(renderer, &mut buffers, &view, &plan)?;
+        let times = draw(renderer, &mut buffers, &view, &plan, &bench.look)?;
         let cpu_time = cpu.elapsed();
         let work = |stage: fn(&WorkReport) -> Duration| ms(plan.work.iter().map(stage).sum());
         frames.push(SpeedFrame {
@@ -121,9 +121,10 @@ fn draw(
     buffers: &mut Option<MethodBuffers>,
     view: &View,
     plan: &FramePlan,
+    look: &Look,
 ) -> Result<Option<FrameTimes>, Fault> {
     match (renderer, buffers) {
-        (Some(renderer), Some(buffers)) => Ok(Some(renderer.frame(view, plan, buffers, &Look::default())?)),
+        (Some(renderer), Some(buffers)) => Ok(Some(renderer.frame(view, plan, buffers, look)?)),
         _ => Ok(None),
     }
 }

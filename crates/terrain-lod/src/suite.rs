@@ -8,7 +8,7 @@ use terrain_core::flight;
 use terrain_core::source::SourceText;
 use terrain_core::{Flight, FlightPath, View};
 use terrain_dem::{Dem, ReadOptions};
-use terrain_renderer::Submission;
+use terrain_renderer::{Look, Submission};
 
 use crate::choices::{EdgePolicyName, ScheduleName, SelectorName, TriangulatorName};
 use crate::cli::{BenchArgs, MethodArgs};
@@ -258,17 +258,19 @@ pub struct Bench {
     /// Frames at the start of each flight of the speed pass that are not timed.
     pub warm_up: u32,
     pub submission: Submission,
+    pub look: Look,
 }
 
 impl Bench {
     /// The suite that the command line names.
     pub fn from_args(args: &BenchArgs) -> Result<Self, Fault> {
         let submission = args.submission.map_or(Submission::Direct, Submission::from);
-        Self::new(&args.suite, Suite::from_args(args)?, &args.dem.read_options(), submission)
+        let bench = Self::new(&args.suite, Suite::from_args(args)?, &args.dem.read_options())?;
+        Ok(Self { submission, look: args.look(), ..bench })
     }
 
     /// Reads and checks DEM, flight and settings.
-    pub fn new(suite_name: &str, suite: Suite, read: &ReadOptions, submission: Submission) -> Result<Self, Fault> {
+    pub fn new(suite_name: &str, suite: Suite, read: &ReadOptions) -> Result<Self, Fault> {
         let refuse = |reason| Fault::new(Cause::BadInput, format_args!("suite {suite_name}: {reason}"));
         suite.validate().map_err(refuse)?;
         let runs = suite.runs()?;
@@ -284,7 +286,8 @@ impl Bench {
             path,
             // A short flight still has frames to time.
             warm_up: suite.warm_up.min(frames / 2),
-            submission,
+            submission: Submission::default(),
+            look: Look::default(),
             suite,
         })
     }
