@@ -7,7 +7,7 @@ use crate::program::{Row, bench, shared_dem, terrain_lod};
 const METHODS: [&str; 5] = ["tin", "tin", "htp", "htp-instanced", "full-grid"];
 const FLIGHTS: [&str; 4] = ["ground-level", "fly-over", "turn", "stop-and-go"];
 
-/// Flies all four flights with all methods; no frame may have a crack.
+/// Flies all four flights with all methods; no frame may have a crack, and a bound is a bound.
 fn flies_without_cracks(dem: &[&str], frames: &str) {
     for flight in FLIGHTS {
         let rows = bench(&[dem, &["--flight", flight, "--frames", frames]].concat());
@@ -15,6 +15,10 @@ fn flies_without_cracks(dem: &[&str], frames: &str) {
         assert_eq!(methods, METHODS, "{dem:?} {flight}");
         for row in rows {
             assert_eq!((row["cracks"].as_str(), row["err"].as_str()), ("0", ""), "{dem:?} {flight}: {row:?}");
+            if row["setting"].contains("selector=bounded") {
+                let [error_px, tolerance_px] = ["error_px_max", "tolerance_px"].map(|c| row[c].parse::<f64>().unwrap());
+                assert!(error_px <= 1.001 * tolerance_px, "{dem:?} {flight}: no bound: {row:?}");
+            }
         }
     }
 }
