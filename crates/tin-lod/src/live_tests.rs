@@ -54,7 +54,6 @@ fn the_worker_catches_up_when_the_camera_rests() {
     for (i, view) in RandomWalk::new(3, &dem).take(200).enumerate() {
         tin.plan(&view, &mut plan);
         stale += plan.stale_patches;
-        assert!(plan.work.iter().all(|work| work.latency < Duration::from_secs(60)));
         if i % 50 == 49 {
             settle(&mut tin, &view, &mut plan);
         }
