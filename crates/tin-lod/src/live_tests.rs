@@ -61,6 +61,22 @@ fn the_worker_catches_up_when_the_camera_rests() {
     assert!(stale > 0, "a worker that is never behind is none");
 }
 
+/// A request in parts would leave the paper's edges between the parts as coarse as they began.
+#[test]
+fn a_worker_that_has_caught_up_draws_what_a_plan_that_waits_draws() {
+    let dem = Arc::new(synthetic::generate(193, 250, 7));
+    for edge_policy in [EdgePolicy::Matched, EdgePolicy::Paper] {
+        let options = Options { patch: 16, edge_policy, selector: Selector::Algorithm1, ..Default::default() };
+        for view in RandomWalk::new(8, &dem).step_by(20).take(10) {
+            let (mut waits, mut races) = (Tin::new(dem.clone(), options).unwrap(), live(&dem, options));
+            let (mut expected, mut plan) = (FramePlan::default(), FramePlan::default());
+            waits.plan(&view, &mut expected);
+            settle(&mut races, &view, &mut plan);
+            assert_eq!(plan.draws, expected.draws, "{edge_policy:?}");
+        }
+    }
+}
+
 #[test]
 fn a_method_that_is_dropped_in_the_middle_of_an_update_ends_its_worker() {
     let dem = Arc::new(synthetic::generate(97, 97, 1));

@@ -19,7 +19,7 @@ use terrain_core::{Heightmap, View};
 
 use crate::cull::PatchTree;
 use crate::mesh::{Mesh, Update};
-use crate::options::Options;
+use crate::options::{EdgePolicy, Options};
 
 /// Patches in one update: small enough that the nearest are soon drawn, large enough to keep all threads busy.
 const PATCHES_AN_UPDATE: usize = 16;
@@ -152,7 +152,13 @@ impl Workshop {
         let Self { heightmap, options, pool, tree, mesh, before_hand_over } = self;
         let mut visible = Vec::new();
         tree.visible(&asked.view, asked.culling, &mut visible);
-        for patches in mesh.outdated(options, &asked.view, &visible).chunks(PATCHES_AN_UPDATE) {
+        let outdated = mesh.outdated(options, &asked.view, &visible);
+        // The paper's edges follow where both patches are updated for one request, so a request stays whole.
+        let few = match options.edge_policy {
+            EdgePolicy::Matched => PATCHES_AN_UPDATE,
+            EdgePolicy::Paper => outdated.len().max(1),
+        };
+        for patches in outdated.chunks(few) {
             let update = pool.install(|| mesh.update(heightmap, options, &asked.view, patches));
             before_hand_over();
             finished.send(Finished { update, asked: asked.at }).ok()?;
