@@ -8,7 +8,7 @@ use crate::levels::Levels;
 use crate::options::{Batching, HtpError, Options};
 use crate::per_patch::PerPatch;
 use std::sync::Arc;
-use terrain_core::{Buffer, BufferSizes, FramePlan, Heightmap, LocalVertex, LodMethod, VertexKind, View};
+use terrain_core::{Buffer, BufferSizes, FramePlan, Heightmap, IndexFormat, LocalVertex, LodMethod, VertexKind, View};
 
 /// Hierarchical triangular patches with their matching blocks.
 pub struct Htp {
@@ -112,12 +112,14 @@ impl LodMethod for Htp {
         match &self.rendering {
             Rendering::PerPatch(per_patch) => BufferSizes {
                 vertex_kind: VertexKind::Baked,
+                index_format: IndexFormat::U32,
                 vertices: per_patch.vertex_bytes(&self.grid),
                 indices,
                 instances: 0,
             },
             Rendering::Instanced(instanced) => BufferSizes {
                 vertex_kind: VertexKind::Displaced,
+                index_format: IndexFormat::U32,
                 vertices: (local_vertices(self.grid.k).len() * size_of::<LocalVertex>()) as u64,
                 indices,
                 instances: instanced.instance_bytes(&self.grid),

@@ -1,7 +1,7 @@
 //! Every sample, every frame, one draw.
 
 use terrain_core::{
-    BakedVertex, Buffer, BufferSizes, Draw, FramePlan, Heightmap, LodMethod, PatchTag, VertexKind, View,
+    BakedVertex, Buffer, BufferSizes, Draw, FramePlan, Heightmap, IndexFormat, LodMethod, PatchTag, VertexKind, View,
 };
 
 /// The whole DEM at full resolution: static vertices, static indices, nothing culled.
@@ -22,6 +22,7 @@ impl FullGrid {
         let indices = indices(heightmap.columns(), heightmap.rows());
         let sizes = BufferSizes {
             vertex_kind: VertexKind::Baked,
+            index_format: IndexFormat::U32,
             vertices: size_of_val(&vertices[..]) as u64,
             indices: size_of_val(&indices[..]) as u64,
             instances: 0,

@@ -73,7 +73,7 @@ pub fn check_live(heightmap: &Heightmap, mut method: Box<dyn LodMethod>, seed: u
 
 /// Equal in all that reaches the GPU; work reports hold times.
 fn same_bytes(a: &FramePlan, b: &FramePlan) -> bool {
-    (&a.uploads, &a.bytes, &a.draws) == (&b.uploads, &b.bytes, &b.draws)
+    (&a.growths, &a.uploads, &a.bytes, &a.draws) == (&b.growths, &b.uploads, &b.bytes, &b.draws)
 }
 
 /// A method with its mirror and oracles.
@@ -102,7 +102,10 @@ impl<'a> Subject<'a> {
     }
 
     fn plan(&mut self, view: &View, at: &str) {
+        let mut sizes = self.method.buffers();
         self.method.plan(view, &mut self.plan);
+        self.plan.growths.iter().for_each(|growth| sizes.grow(growth));
+        assert_eq!(self.method.buffers(), sizes, "{at}: a buffer that grows behind the plan's back");
         self.changed = self.mirror.replay(&self.plan).unwrap_or_else(|error| panic!("{at}: {error}"));
         let drawn = (self.mirror.triangles().len() + self.mirror.degenerate().len()) as u64;
         assert_eq!(FrameStats::of(&self.plan).triangles, drawn, "{at}: plan and mirror count differently");
@@ -142,7 +145,7 @@ impl<'a> Subject<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{BakedVertex, Buffer, BufferSizes, Draw, PatchTag, VertexKind};
+    use crate::{BakedVertex, Buffer, BufferSizes, Draw, IndexFormat, PatchTag, VertexKind};
 
     /// Two triangles a quad, one draw a row; with something wrong.
     struct Faulty {
@@ -173,7 +176,13 @@ mod tests {
 
         fn buffers(&self) -> BufferSizes {
             let samples = self.heightmap.heights_m().len() as u64;
-            BufferSizes { vertex_kind: VertexKind::Baked, vertices: 8 * samples, indices: 24 * samples, instances: 0 }
+            BufferSizes {
+                vertex_kind: VertexKind::Baked,
+                index_format: IndexFormat::U32,
+                vertices: 8 * samples,
+                indices: 24 * samples,
+                instances: 0,
+            }
         }
 
         fn set_culling(&mut self, culling: bool) {

@@ -18,7 +18,8 @@ pub trait LodMethod: Send {
     /// Short name for command lines, tables and file names, such as "full-grid".
     fn name(&self) -> &'static str;
 
-    /// What the three buffers must hold; fixed for life.
+    /// What the three buffers must hold before the next plan. Only plans change it, and they say so
+    /// ([`FramePlan::growths`]).
     fn buffers(&self) -> BufferSizes;
 
     /// Whether plans leave out what is out of view; `true` at first. What is drawn in view does not depend on it.

@@ -1,10 +1,11 @@
 //! The GPU's twin on the CPU: applies plans to copies of the three buffers and yields triangles.
 
+use std::borrow::Cow;
 use std::ops::Range;
 
 use crate::{
-    BakedVertex, Buffer, BufferSizes, Draw, FramePlan, Heightmap, LocalVertex, PatchInstance, Sample, Upload,
-    VertexKind,
+    BakedVertex, Buffer, BufferSizes, Draw, FramePlan, Growth, Heightmap, IndexFormat, LocalVertex, PatchInstance,
+    Sample, Upload, VertexKind,
 };
 
 /// A triangle as the GPU would draw it, its corners at samples of the DEM.
@@ -36,6 +37,14 @@ pub enum MirrorError {
         /// Bytes of that buffer.
         size: u64,
     },
+    /// A buffer that would become smaller, or whose new size is no multiple of 4.
+    #[error("growth of {:?} to {} bytes: the buffer has {size}, and sizes are multiples of 4", .growth.buffer, .growth.bytes)]
+    Growth {
+        /// The change.
+        growth: Growth,
+        /// Bytes of that buffer.
+        size: u64,
+    },
     /// A draw that reads elements that are not there or that no upload has written.
     #[error("draw {draw:?} reads {elements:?} of {buffer:?}, where not all is uploaded")]
     Unwritten {
@@ -60,6 +69,7 @@ pub enum MirrorError {
 pub struct MeshMirror<'a> {
     heightmap: &'a Heightmap,
     vertex_kind: VertexKind,
+    index_format: IndexFormat,
     vertices: Words,
     indices: Words,
     instances: Words,
@@ -74,6 +84,7 @@ impl<'a> MeshMirror<'a> {
         Self {
             heightmap,
             vertex_kind: sizes.vertex_kind,
+            index_format: sizes.index_format,
             vertices: Words::new(sizes.vertices),
             indices: Words::new(sizes.indices),
             instances: Words::new(sizes.instances),
@@ -85,6 +96,9 @@ impl<'a> MeshMirror<'a> {
 
     /// Executes a plan. Returns whether the mesh may differ from the one before.
     pub fn replay(&mut self, plan: &FramePlan) -> Result<bool, MirrorError> {
+        for growth in &plan.growths {
+            self.words_mut(growth.buffer).grow(growth)?;
+        }
         for upload in &plan.uploads {
             self.words_mut(upload.buffer).write(upload, plan.bytes_of(upload))?;
         }
@@ -123,8 +137,8 @@ impl<'a> MeshMirror<'a> {
     fn expand(&mut self, draw: &Draw) -> Result<(), MirrorError> {
         let range = draw.indices.start as u64..draw.indices.end as u64;
         let unwritten = |buffer, elements| MirrorError::Unwritten { draw: draw.clone(), buffer, elements };
-        let indices: &[u32] =
-            self.indices.written(range.clone()).ok_or_else(|| unwritten(Buffer::Indices, range.clone()))?;
+        let indices = self.indices.indices(self.index_format, range.clone());
+        let indices = indices.ok_or_else(|| unwritten(Buffer::Indices, range.clone()))?;
         // Baked draws carry a tag in the instance range: one instance, no buffer behind it.
         let instances = match self.vertex_kind {
             VertexKind::Baked => 0..1,
@@ -199,6 +213,16 @@ impl Words {
         Self { words: vec![0; length], written: vec![false; length] }
     }
 
+    fn grow(&mut self, growth: &Growth) -> Result<(), MirrorError> {
+        let (size, length) = (self.words.len() as u64 * 4, growth.bytes as usize / 4);
+        if growth.bytes < size || !growth.bytes.is_multiple_of(4) {
+            return Err(MirrorError::Growth { growth: growth.clone(), size });
+        }
+        self.words.resize(length, 0);
+        self.written.resize(length, false);
+        Ok(())
+    }
+
     fn write(&mut self, upload: &Upload, bytes: &[u8]) -> Result<(), MirrorError> {
         let size = self.words.len() as u64 * 4;
         let end = upload.offset.checked_add(bytes.len() as u64);
@@ -212,13 +236,24 @@ impl Words {
         Ok(())
     }
 
+    /// A range of indices, if all of it exists and was written.
+    fn indices(&self, format: IndexFormat, range: Range<u64>) -> Option<Cow<'_, [u32]>> {
+        match format {
+            IndexFormat::U32 => self.written(range).map(Cow::Borrowed),
+            IndexFormat::U16 => {
+                let narrow: &[u16] = self.written(range)?;
+                Some(narrow.iter().copied().map(u32::from).collect())
+            }
+        }
+    }
+
     /// A range of elements, if all of it exists and was written.
     fn written<T: bytemuck::AnyBitPattern>(&self, elements: Range<u64>) -> Option<&[T]> {
-        let words_each = (size_of::<T>() / 4) as u64;
-        let start = usize::try_from(elements.start.checked_mul(words_each)?).ok()?;
-        let end = usize::try_from(elements.end.checked_mul(words_each)?).ok()?;
-        let all_written = self.written.get(start..end)?.iter().all(|written| *written);
-        all_written.then(|| bytemuck::cast_slice(&self.words[start..end]))
+        let bytes_each = size_of::<T>() as u64;
+        let start = usize::try_from(elements.start.checked_mul(bytes_each)?).ok()?;
+        let end = usize::try_from(elements.end.checked_mul(bytes_each)?).ok()?;
+        let all_written = self.written.get(start / 4..end.div_ceil(4))?.iter().all(|written| *written);
+        all_written.then(|| bytemuck::cast_slice(&bytemuck::cast_slice::<u32, u8>(&self.words)[start..end]))
     }
 }
 
@@ -231,7 +266,13 @@ mod tests {
         Heightmap::new(3, 2, [1.0; 2], vec![0.0, 1.0, 2.0, 3.0, 4.0, 5.0]).unwrap()
     }
 
-    const BAKED: BufferSizes = BufferSizes { vertex_kind: VertexKind::Baked, vertices: 48, indices: 24, instances: 0 };
+    const BAKED: BufferSizes = BufferSizes {
+        vertex_kind: VertexKind::Baked,
+        index_format: IndexFormat::U32,
+        vertices: 48,
+        indices: 24,
+        instances: 0,
+    };
 
     fn sample(column: u32, row: u32) -> Sample {
         Sample { column, row }
@@ -257,9 +298,40 @@ mod tests {
     }
 
     #[test]
+    fn narrow_indices_are_read_from_any_even_byte_of_a_buffer_that_grows() {
+        let dem = dem();
+        let sizes = BufferSizes { index_format: IndexFormat::U16, indices: 8, ..BAKED };
+        let mut plan = FramePlan::default();
+        plan.upload(Buffer::Vertices, 0, &BakedVertex::whole_dem(&dem));
+        plan.upload(Buffer::Indices, 0, &[9u16, 0, 3, 1]);
+        plan.draws.push(Draw::baked(1..4, 0, PatchTag { patch: 0, level: 0 }));
+        let mut mirror = MeshMirror::new(&sizes, &dem);
+        assert_eq!(mirror.replay(&plan), Ok(true));
+        let expected = [sample(0, 0), sample(0, 1), sample(1, 0)];
+        assert_eq!(mirror.triangles()[0].samples, expected);
+
+        let mut larger = FramePlan::default();
+        larger.growths.push(Growth { buffer: Buffer::Indices, bytes: 16 });
+        larger.upload(Buffer::Indices, 8, &[0u16, 3, 1, 7]);
+        larger.draws.extend([1..4, 4..7].map(|indices| Draw { indices, ..plan.draws[0].clone() }));
+        assert_eq!(mirror.replay(&larger), Ok(true));
+        assert!(mirror.triangles().iter().all(|triangle| triangle.samples == expected));
+        assert_eq!(mirror.triangles().len(), 2);
+
+        larger.draws[1].indices = 6..9;
+        let unwritten = mirror.replay(&larger);
+        assert!(matches!(unwritten, Err(MirrorError::Unwritten { buffer: Buffer::Indices, .. })), "{unwritten:?}");
+        for bytes in [12, 18] {
+            larger.growths[0].bytes = bytes;
+            assert!(matches!(mirror.replay(&larger), Err(MirrorError::Growth { size: 16, .. })));
+        }
+    }
+
+    #[test]
     fn displaced_instances_are_clamped_to_the_rim() {
         let dem = dem();
-        let sizes = BufferSizes { vertex_kind: VertexKind::Displaced, vertices: 12, indices: 12, instances: 40 };
+        let sizes =
+            BufferSizes { vertex_kind: VertexKind::Displaced, vertices: 12, indices: 12, instances: 40, ..BAKED };
         let mut plan = FramePlan::default();
         plan.upload(Buffer::Vertices, 0, &[[0, 0], [1, 0], [0, 1]].map(|uv| LocalVertex { uv }));
         plan.upload(Buffer::Indices, 0, &[0u32, 1, 2]);

@@ -8,7 +8,7 @@ use std::time::Duration;
 pub enum Buffer {
     /// [`BakedVertex`](crate::BakedVertex) or [`LocalVertex`](crate::LocalVertex), as the method's [`VertexKind`] says.
     Vertices,
-    /// `u32` indices, three a triangle.
+    /// Indices as wide as the method's [`IndexFormat`], three a triangle.
     Indices,
     /// [`PatchInstance`](crate::PatchInstance); only with [`VertexKind::Displaced`].
     Instances,
@@ -25,17 +25,59 @@ pub enum VertexKind {
     Displaced,
 }
 
-/// Sizes in bytes of a method's buffers, fixed for life, and the kind of its vertices.
+/// Width of the indices in an index buffer.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum IndexFormat {
+    /// `u16`
+    U16,
+    /// `u32`
+    U32,
+}
+
+impl IndexFormat {
+    /// Bytes of one index.
+    pub fn bytes(self) -> u64 {
+        match self {
+            Self::U16 => 2,
+            Self::U32 => 4,
+        }
+    }
+}
+
+/// Sizes in bytes of a method's buffers, and what is in them. Plans may enlarge them ([`FramePlan::growths`]).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct BufferSizes {
     /// Where a vertex gets its height from.
     pub vertex_kind: VertexKind,
+    /// Width of an index.
+    pub index_format: IndexFormat,
     /// Bytes of the vertex buffer.
     pub vertices: u64,
     /// Bytes of the index buffer.
     pub indices: u64,
     /// Bytes of the instance buffer; 0 with [`VertexKind::Baked`].
     pub instances: u64,
+}
+
+impl BufferSizes {
+    /// Applies one growth of a plan.
+    pub fn grow(&mut self, growth: &Growth) {
+        let bytes = match growth.buffer {
+            Buffer::Vertices => &mut self.vertices,
+            Buffer::Indices => &mut self.indices,
+            Buffer::Instances => &mut self.instances,
+        };
+        *bytes = growth.bytes;
+    }
+}
+
+/// A buffer that becomes larger. What it holds stays.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Growth {
+    /// The buffer to enlarge.
+    pub buffer: Buffer,
+    /// Its new size, a multiple of 4.
+    pub bytes: u64,
 }
 
 /// A write of `FramePlan::bytes[bytes]` to a buffer.
@@ -111,6 +153,8 @@ pub struct WorkReport {
 /// Everything that a method wants the GPU to do this frame. Reused from frame to frame.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct FramePlan {
+    /// Buffers to enlarge, before the uploads.
+    pub growths: Vec<Growth>,
     /// Applied in order, before the draws.
     pub uploads: Vec<Upload>,
     /// The bytes that the uploads refer to.
@@ -126,6 +170,7 @@ pub struct FramePlan {
 impl FramePlan {
     /// Empties the plan and keeps its memory.
     pub fn clear(&mut self) {
+        self.growths.clear();
         self.uploads.clear();
         self.bytes.clear();
         self.draws.clear();

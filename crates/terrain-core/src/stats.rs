@@ -13,8 +13,8 @@ pub struct FrameStats {
     pub draws: u64,
     /// Bytes written to the method's buffers.
     pub upload_bytes: u64,
-    /// Bytes of the index buffer that the draws read, each byte counted once.
-    pub index_bytes_used: u64,
+    /// Indices that the draws read, each counted once.
+    pub indices_used: u64,
     /// Patches triangulated anew in the updates that finished since the last frame.
     pub updated_patches: u64,
     /// Patches drawn for an older view than this frame's.
@@ -28,8 +28,7 @@ impl FrameStats {
             triangles: plan.draws.iter().map(Draw::triangles).sum(),
             draws: plan.draws.len() as u64,
             upload_bytes: plan.uploads.iter().map(|upload| upload.bytes.len() as u64).sum(),
-            index_bytes_used: size_of::<u32>() as u64
-                * union_length(plan.draws.iter().map(|draw| draw.indices.clone())),
+            indices_used: union_length(plan.draws.iter().map(|draw| draw.indices.clone())),
             updated_patches: plan.work.iter().map(|work| work.patches as u64).sum(),
             stale_patches: plan.stale_patches.into(),
         }
@@ -67,7 +66,7 @@ mod tests {
             triangles: 34,
             draws: 3,
             upload_bytes: 68,
-            index_bytes_used: 48,
+            indices_used: 12,
             updated_patches: 3,
             stale_patches: 2,
         };

@@ -4,7 +4,7 @@ use rayon::prelude::*;
 use serde::Serialize;
 use terrain_core::error::{ErrorDistribution, ErrorOracle};
 use terrain_core::watertight::{WatertightOracle, Watertightness};
-use terrain_core::{FramePlan, FrameStats, Heightmap, MeshMirror, View};
+use terrain_core::{BufferSizes, FramePlan, FrameStats, Heightmap, IndexFormat, MeshMirror, View};
 
 use crate::attempt::attempt;
 use crate::fault::{Cause, Fault};
@@ -44,6 +44,7 @@ pub struct ErrorFlight {
     pub frames: Vec<ErrorFrame>,
     /// All samples of all frames, over the run's tolerances.
     pub errors: ErrorDistribution,
+    /// As of the last frame.
     pub index_bytes_reserved: u64,
 }
 
@@ -55,8 +56,7 @@ pub fn fly_all(bench: &Bench, progress: &Progress) -> Result<Vec<Result<ErrorFli
 fn fly(bench: &Bench, run: &Run, progress: &Progress) -> Result<ErrorFlight, Fault> {
     let heightmap = &bench.dem.heightmap;
     let mut method = run.converged().build(heightmap)?;
-    let mut judge = Judge::new(bench, run, MeshMirror::new(&method.buffers(), heightmap));
-    let index_bytes_reserved = method.buffers().indices;
+    let mut judge = Judge::new(bench, run, &method.buffers());
     let mut plan = FramePlan::default();
     let mut frames = Vec::with_capacity(bench.path.len() as usize);
     for frame in 0..bench.path.len() {
@@ -66,13 +66,14 @@ fn fly(bench: &Bench, run: &Run, progress: &Progress) -> Result<ErrorFlight, Fau
         frames.push(judge.judge(frame, &view, &plan)?);
         progress.step();
     }
-    Ok(ErrorFlight { frames, errors: judge.flight, index_bytes_reserved })
+    Ok(ErrorFlight { frames, errors: judge.flight, index_bytes_reserved: method.buffers().indices })
 }
 
 /// The mirror and the oracles of one run.
 struct Judge<'a> {
     heightmap: &'a Heightmap,
     mirror: MeshMirror<'a>,
+    index_format: IndexFormat,
     watertight: WatertightOracle,
     /// As of the last change of the mesh.
     topology: Watertightness,
@@ -82,11 +83,12 @@ struct Judge<'a> {
 }
 
 impl<'a> Judge<'a> {
-    fn new(bench: &'a Bench, run: &Run, mirror: MeshMirror<'a>) -> Self {
+    fn new(bench: &'a Bench, run: &Run, sizes: &BufferSizes) -> Self {
         let tolerances: Vec<f32> = bench.suite.tolerances_of(run).iter().map(|t| *t as f32).collect();
         Self {
             heightmap: &bench.dem.heightmap,
-            mirror,
+            mirror: MeshMirror::new(sizes, &bench.dem.heightmap),
+            index_format: sizes.index_format,
             watertight: WatertightOracle::new(bench.dem.heightmap.columns(), bench.dem.heightmap.rows()),
             topology: Watertightness::default(),
             oracle: ErrorOracle::new(&bench.dem.heightmap),
@@ -117,7 +119,7 @@ impl<'a> Judge<'a> {
             triangles: stats.triangles,
             draws: stats.draws,
             upload_bytes: stats.upload_bytes,
-            index_bytes_used: stats.index_bytes_used,
+            index_bytes_used: stats.indices_used * self.index_format.bytes(),
             updated_patches: stats.updated_patches,
             samples: self.frame.samples(),
             error_px_max: measured(self.frame.max_px().into()),

@@ -32,7 +32,7 @@ pub fn take(
             shoot(renderer, &view, &plan, &mut buffers, &bench.look, &stem)?;
             progress.step();
         } else {
-            buffers.apply(renderer.gpu(), &plan);
+            buffers.apply(renderer.gpu(), &plan)?;
             renderer.gpu().queue.submit([]);
         }
     }

@@ -1,6 +1,6 @@
 //! The three buffers of one method on the GPU, and the arguments of its draws.
 
-use terrain_core::{Buffer, BufferSizes, Draw, FramePlan, PatchInstance, VertexKind};
+use terrain_core::{Buffer, BufferSizes, Draw, FramePlan, Growth, IndexFormat, PatchInstance, VertexKind};
 use wgpu::BufferUsages;
 
 use crate::submission::DrawArguments;
@@ -36,12 +36,34 @@ impl MethodBuffers {
         self.sizes.vertex_kind
     }
 
-    /// Queues the plan's uploads, in order; they happen before the next submission. For plans that are not drawn:
-    /// [`TerrainPass::prepare`](crate::TerrainPass::prepare) does the same.
-    pub fn apply(&mut self, gpu: &Gpu, plan: &FramePlan) {
-        for upload in &plan.uploads {
-            gpu.queue.write_buffer(self.get(upload.buffer), upload.offset, plan.bytes_of(upload));
+    /// Enlarges what the plan enlarges and queues its uploads, in order; they happen before the next submission. For
+    /// plans that are not drawn: [`TerrainPass::prepare`](crate::TerrainPass::prepare) does the same.
+    pub fn apply(&mut self, gpu: &Gpu, plan: &FramePlan) -> Result<(), RenderError> {
+        for growth in &plan.growths {
+            self.grow(gpu, growth)?;
         }
+        for upload in &plan.uploads {
+            gpu.queue.write_buffer(self.get_mut(upload.buffer), upload.offset, plan.bytes_of(upload));
+        }
+        Ok(())
+    }
+
+    /// Moves a buffer's content to a larger one. Submitted at once: what is queued later must find it there.
+    fn grow(&mut self, gpu: &Gpu, growth: &Growth) -> Result<(), RenderError> {
+        let (label, usage) = match growth.buffer {
+            Buffer::Vertices => ("vertex", BufferUsages::VERTEX),
+            Buffer::Indices => ("index", BufferUsages::INDEX),
+            Buffer::Instances => ("instance", BufferUsages::VERTEX),
+        };
+        let larger = create(gpu, label, growth.bytes, usage)?;
+        gpu.check()?; // out of memory, for one
+        let smaller = self.get_mut(growth.buffer);
+        let mut encoder = gpu.device.create_command_encoder(&Default::default());
+        encoder.copy_buffer_to_buffer(smaller, 0, &larger, 0, smaller.size());
+        gpu.queue.submit([encoder.finish()]);
+        *smaller = larger;
+        self.sizes.grow(growth);
+        Ok(())
     }
 
     /// Makes them the vertex and index buffers of a pass.
@@ -50,7 +72,11 @@ impl MethodBuffers {
         if self.sizes.vertex_kind == VertexKind::Displaced {
             pass.set_vertex_buffer(1, self.instances.slice(..));
         }
-        pass.set_index_buffer(self.indices.slice(..), wgpu::IndexFormat::Uint32);
+        let format = match self.sizes.index_format {
+            IndexFormat::U16 => wgpu::IndexFormat::Uint16,
+            IndexFormat::U32 => wgpu::IndexFormat::Uint32,
+        };
+        pass.set_index_buffer(self.indices.slice(..), format);
     }
 
     /// Queues the arguments of indirect draws.
@@ -70,7 +96,7 @@ impl MethodBuffers {
     fn check(&self, draws: &[Draw]) -> Result<(), RenderError> {
         let displaced = self.sizes.vertex_kind == VertexKind::Displaced;
         for (draw, Draw { indices, instances, .. }) in draws.iter().enumerate() {
-            if u64::from(indices.end) * size_of::<u32>() as u64 > self.sizes.indices {
+            if u64::from(indices.end) * self.sizes.index_format.bytes() > self.sizes.indices {
                 return Err(RenderError::DrawBeyondBuffer { draw, buffer: "index", bytes: self.sizes.indices });
             }
             if displaced && u64::from(instances.end) * size_of::<PatchInstance>() as u64 > self.sizes.instances {
@@ -80,11 +106,11 @@ impl MethodBuffers {
         Ok(())
     }
 
-    fn get(&self, buffer: Buffer) -> &wgpu::Buffer {
+    fn get_mut(&mut self, buffer: Buffer) -> &mut wgpu::Buffer {
         match buffer {
-            Buffer::Vertices => &self.vertices,
-            Buffer::Indices => &self.indices,
-            Buffer::Instances => &self.instances,
+            Buffer::Vertices => &mut self.vertices,
+            Buffer::Indices => &mut self.indices,
+            Buffer::Instances => &mut self.instances,
         }
     }
 }
@@ -97,7 +123,7 @@ fn create(gpu: &Gpu, label: &'static str, bytes: u64, usage: BufferUsages) -> Re
     Ok(gpu.device.create_buffer(&wgpu::BufferDescriptor {
         label: Some(label),
         size: bytes,
-        usage: usage | BufferUsages::COPY_DST,
+        usage: usage | BufferUsages::COPY_DST | BufferUsages::COPY_SRC,
         mapped_at_creation: false,
     }))
 }

@@ -90,7 +90,7 @@ impl TerrainPass {
         buffers: &'a mut MethodBuffers,
         bindings: &'a mut ViewBindings,
     ) -> Result<PreparedFrame<'a>, RenderError> {
-        buffers.apply(gpu, plan);
+        buffers.apply(gpu, plan)?;
         if look.wireframe && self.baked.lines.is_none() {
             return Err(RenderError::NoWireframe(gpu.facts().name.clone()));
         }

@@ -144,9 +144,10 @@ impl Algorithm1Mesh {
         start: Instant,
         select: Duration,
     ) -> Update {
+        let row_stride = options.vertex_strips(heightmap).row_stride();
         let made = self.parallel(&batch, |mesh, patch| {
             let mut indices = Vec::new();
-            options.triangulator.triangulate(&mesh.kept_samples(heightmap, patch), &mut indices);
+            options.triangulator.triangulate(&mesh.kept_samples(row_stride, patch), &mut indices);
             indices
         });
         let triangulate = made.iter().map(|(_, spent)| *spent).sum();
@@ -167,15 +168,16 @@ impl Algorithm1Mesh {
         Update { triangulated, report }
     }
 
-    fn kept_samples(&self, heightmap: &Heightmap, patch: PatchId) -> KeptSamples<'_> {
+    /// With indices from the patch's own first vertex on.
+    fn kept_samples(&self, row_stride: u32, patch: PatchId) -> KeptSamples<'_> {
         let area = self.grid.area(patch);
         KeptSamples {
             width: area.width,
             depth: area.depth,
             border: self.border(patch),
             interior: &self.patches[patch as usize].interior,
-            first_index: heightmap.index(area.first),
-            row_stride: heightmap.columns(),
+            first_index: 0,
+            row_stride,
         }
     }
 

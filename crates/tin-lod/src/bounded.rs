@@ -73,14 +73,14 @@ impl Selection {
         self.extra
     }
 
-    fn kept_samples(&self, heightmap: &Heightmap, area: PatchArea) -> KeptSamples<'_> {
+    fn kept_samples(&self, area: PatchArea, place: VertexPlace) -> KeptSamples<'_> {
         KeptSamples {
             width: area.width,
             depth: area.depth,
             border: self.border,
             interior: &self.interior,
-            first_index: heightmap.index(area.first),
-            row_stride: heightmap.columns(),
+            first_index: place.first_index,
+            row_stride: place.row_stride,
         }
     }
 
@@ -99,6 +99,19 @@ pub fn edge_levels(grid: &PatchGrid, patch: PatchId, levels: &[Level]) -> [Level
         let beside = grid.patches_of(edge).into_iter().flatten();
         beside.map(|patch| levels[patch as usize]).min().expect("an edge has a patch")
     })
+}
+
+/// Where a patch's samples are in a vertex buffer: at `first_index + row * row_stride + column`.
+#[derive(Clone, Copy)]
+pub(crate) struct VertexPlace {
+    pub first_index: u32,
+    pub row_stride: u32,
+}
+
+impl VertexPlace {
+    fn in_whole_dem(heightmap: &Heightmap, area: PatchArea) -> Self {
+        Self { first_index: heightmap.index(area.first), row_stride: heightmap.columns() }
+    }
 }
 
 /// What had to be added to keep the bound.
@@ -135,7 +148,19 @@ impl BoundedMesher {
         selection: &Selection,
         indices: &mut Vec<u32>,
     ) -> Repair {
-        let kept = selection.kept_samples(heightmap, area);
+        self.triangulate_at(heightmap, area, selection, VertexPlace::in_whole_dem(heightmap, area), indices)
+    }
+
+    /// The same with indices into another vertex buffer.
+    pub(crate) fn triangulate_at(
+        &mut self,
+        heightmap: &Heightmap,
+        area: PatchArea,
+        selection: &Selection,
+        place: VertexPlace,
+        indices: &mut Vec<u32>,
+    ) -> Repair {
+        let kept = selection.kept_samples(area, place);
         self.kernel.connect(&kept);
         self.suspects.fill(area, selection.extra);
         let repair = if self.suspects.is_empty() {
@@ -302,7 +327,7 @@ mod tests {
                 selection.select(&map, &grid, patch, levels[patch as usize], edges);
                 let mut indices = Vec::new();
                 let repair = local.triangulate(&dem, area, &selection, &mut indices);
-                let kept = selection.kept_samples(&dem, area);
+                let kept = selection.kept_samples(area, VertexPlace::in_whole_dem(&dem, area));
                 full.kernel.connect(&kept);
                 let heights = PatchHeights::new(&dem, area);
                 let of_all = full.repair(&heights, tolerance_m(selection.level), |_, _| true);

@@ -10,7 +10,7 @@ use std::time::{Duration, Instant};
 use rayon::prelude::*;
 use terrain_core::{Aabb, Heightmap, View, WorkReport};
 
-use crate::bounded::{BoundedMesher, Selection, edge_levels};
+use crate::bounded::{BoundedMesher, Selection, VertexPlace, edge_levels};
 use crate::ladder::{self, COARSEST, Level, level_of};
 use crate::mesh::{Triangulated, Update, tolerance_m_at};
 use crate::options::Options;
@@ -38,7 +38,7 @@ struct Made {
 
 impl BoundedMesh {
     /// Builds the threshold map; all patches at the coarsest level.
-    pub fn coarsest(heightmap: &Heightmap, grid: PatchGrid) -> (Self, Update) {
+    pub fn coarsest(heightmap: &Heightmap, options: &Options, grid: PatchGrid) -> (Self, Update) {
         let map = ThresholdMap::build(heightmap, &grid, &|_, _| {});
         let bounds_world = |patch| heightmap.bounds_world(grid.area(patch).first, grid.area(patch).last());
         let all: Vec<PatchId> = (0..grid.patches()).collect();
@@ -49,7 +49,7 @@ impl BoundedMesh {
             grid,
             map,
         };
-        let update = mesh.remake(heightmap, all, Instant::now());
+        let update = mesh.remake(heightmap, options, all, Instant::now());
         (mesh, update)
     }
 
@@ -76,7 +76,7 @@ impl BoundedMesh {
         let mut batch: Vec<PatchId> = patches.iter().copied().chain(neighbours).collect();
         batch.sort_unstable();
         batch.dedup();
-        self.remake(heightmap, batch, start)
+        self.remake(heightmap, options, batch, start)
     }
 
     /// The finer level of the patches on both sides.
@@ -86,8 +86,9 @@ impl BoundedMesh {
     }
 
     /// Selects and triangulates these patches at the levels that they and their edges have now.
-    fn remake(&mut self, heightmap: &Heightmap, batch: Vec<PatchId>, start: Instant) -> Update {
-        let made: Vec<Made> = batch.par_iter().map(|patch| self.make(heightmap, *patch)).collect();
+    fn remake(&mut self, heightmap: &Heightmap, options: &Options, batch: Vec<PatchId>, start: Instant) -> Update {
+        let row_stride = options.vertex_strips(heightmap).row_stride();
+        let made: Vec<Made> = batch.par_iter().map(|patch| self.make(heightmap, row_stride, *patch)).collect();
         let mut report = WorkReport::default();
         let mut triangulated = Vec::with_capacity(batch.len());
         for (patch, made) in batch.into_iter().zip(made) {
@@ -102,7 +103,7 @@ impl BoundedMesh {
         Update { triangulated, report }
     }
 
-    fn make(&self, heightmap: &Heightmap, patch: PatchId) -> Made {
+    fn make(&self, heightmap: &Heightmap, row_stride: u32, patch: PatchId) -> Made {
         thread_local!(static MESHER: RefCell<BoundedMesher> = RefCell::default());
         let start = Instant::now();
         let mut selection = Selection::default();
@@ -114,7 +115,8 @@ impl BoundedMesh {
         let indices = (!stays).then(|| {
             let mut indices = Vec::new();
             let area = self.grid.area(patch);
-            MESHER.with_borrow_mut(|mesher| mesher.triangulate(heightmap, area, &selection, &mut indices));
+            let place = VertexPlace { first_index: 0, row_stride };
+            MESHER.with_borrow_mut(|mesher| mesher.triangulate_at(heightmap, area, &selection, place, &mut indices));
             indices
         });
         Made { selection, indices, select, triangulate: start.elapsed() }

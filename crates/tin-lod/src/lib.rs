@@ -12,7 +12,7 @@
 //! | border points (3.2) | `patches.rs` (edges are things of their own), `select.rs` |
 //! | Delaunay in the plane, lifted (3.3) | `triangulate.rs`, [`Options::triangulator`]; jitter is not needed, see there |
 //! | multi-resolution system, Algorithm 2 (4) | `mesh.rs`, `algorithm1_mesh.rs`, `method.rs`: outdated patches in view, nearest first |
-//! | a region of a fully refined patch in the index buffer (4) | `method.rs` |
+//! | a region of a fully refined patch in the index buffer (4) | `index_store.rs`, [`IndexStore::Fixed`] |
 //! | normals in a texture (4) | the renderer |
 //! | asynchronous update (4) | `worker.rs`, [`Schedule::Live`]; with [`Schedule::Blocking`] a plan waits |
 //! | "a hierarchical data structure" for visibility (4) | `cull.rs` |
@@ -28,6 +28,7 @@ mod bounded_mesh;
 mod cull;
 mod deviation;
 mod greedy;
+mod index_store;
 pub mod ladder;
 mod lattice;
 mod mesh;
@@ -37,6 +38,7 @@ mod patches;
 mod select;
 mod threshold_map;
 mod triangulate;
+mod vertices;
 mod worker;
 
 #[cfg(test)]
@@ -44,7 +46,7 @@ mod live_tests;
 
 pub use bounded::{BoundedMesher, Repair, Selection, edge_levels};
 pub use method::Tin;
-pub use options::{EdgePolicy, Options, Schedule, Selector, TinError};
+pub use options::{EdgePolicy, IndexStore, Options, Schedule, Selector, TinError};
 pub use patches::{EdgeId, EdgeRun, PatchArea, PatchEdges, PatchGrid, PatchId};
 pub use select::{Border, Mask};
 pub use threshold_map::ThresholdMap;

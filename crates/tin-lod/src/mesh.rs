@@ -22,7 +22,7 @@ pub(crate) struct Triangulated {
     pub patch: PatchId,
     /// The tolerance in metres that it is selected for.
     pub tolerance_m: f64,
-    /// Its new triangles; none where those that it has stay right.
+    /// Its new triangles, as indices from the patch's first vertex on; none where those that it has stay right.
     pub indices: Option<Vec<u32>>,
 }
 
@@ -47,7 +47,7 @@ impl Mesh {
                 (Self::Algorithm1(mesh), update)
             }
             Selector::Bounded => {
-                let (mesh, update) = BoundedMesh::coarsest(heightmap, grid);
+                let (mesh, update) = BoundedMesh::coarsest(heightmap, options, grid);
                 (Self::Bounded(mesh), update)
             }
         }

@@ -1,16 +1,19 @@
-//! The method as the renderer sees it: a static vertex buffer, and for each patch a fixed region of the index buffer.
+//! The method as the renderer sees it: a static vertex buffer, and for each patch a room in the index buffer.
 
 use std::sync::Arc;
 use std::time::Instant;
 
 use terrain_core::{
-    Aabb, BakedVertex, Buffer, BufferSizes, Draw, FramePlan, Heightmap, LodMethod, PatchTag, VertexKind, View,
+    Aabb, BakedVertex, Buffer, BufferSizes, Draw, FramePlan, Growth, Heightmap, IndexFormat, LodMethod, PatchTag,
+    VertexKind, View,
 };
 
 use crate::cull::PatchTree;
+use crate::index_store::Rooms;
 use crate::mesh::{Mesh, Update, is_outdated};
-use crate::options::{Options, Schedule, TinError};
+use crate::options::{IndexStore, Options, Schedule, TinError};
 use crate::patches::{PatchGrid, PatchId};
+use crate::vertices::VertexStrips;
 use crate::worker::{Finished, Worker, Workshop};
 
 /// View-dependent irregular mesh over a DEM in memory.
@@ -20,20 +23,17 @@ pub struct Tin {
     culling: bool,
     grid: PatchGrid,
     tree: Arc<PatchTree>,
-    /// What the buffers hold of each patch.
-    drawn: Vec<DrawnPatch>,
+    strips: VertexStrips,
+    rooms: Rooms,
+    /// Of each patch the tolerance in metres that its triangles in the buffer were selected for.
+    drawn_tolerances_m: Vec<f64>,
     updates: Updates,
     /// What the first plan uploads beside the vertices.
     coarsest: Option<Update>,
     /// The patches in view, kept for its memory.
     visible: Vec<PatchId>,
-}
-
-#[derive(Clone)]
-struct DrawnPatch {
-    indices: u32,
-    /// The tolerance in metres that its triangles were selected for.
-    tolerance_m: f64,
+    /// The 2-byte indices of one patch, kept for its memory.
+    narrow: Vec<u16>,
 }
 
 /// Who updates the mesh.
@@ -77,29 +77,30 @@ impl Tin {
                 Updates::Behind(worker)
             }
         };
-        let drawn = vec![DrawnPatch { indices: 0, tolerance_m: f64::INFINITY }; grid.patches() as usize];
+        let rooms = match options.index_store {
+            IndexStore::Fixed => Rooms::fixed(grid.patches(), full_patch_indices(&options)),
+            IndexStore::Packed => Rooms::packed(grid.patches()),
+        };
         Ok(Self {
+            strips: options.vertex_strips(&heightmap),
             heightmap,
             options,
             culling: true,
             grid,
             tree,
-            drawn,
+            rooms,
+            drawn_tolerances_m: vec![f64::INFINITY; grid.patches() as usize],
             updates,
             coarsest: Some(coarsest),
             visible: Vec::new(),
+            narrow: Vec::new(),
         })
-    }
-
-    /// Room for a fully refined patch: the triangulation of all its samples has two triangles a quad.
-    fn region_indices(&self) -> u32 {
-        6 * self.options.patch * self.options.patch
     }
 
     /// Static buffers, once: the DEM's vertices, and the coarsest triangles of every patch.
     fn initialise(&mut self, plan: &mut FramePlan) {
         if let Some(coarsest) = self.coarsest.take() {
-            plan.upload(Buffer::Vertices, 0, &BakedVertex::whole_dem(&self.heightmap));
+            plan.upload(Buffer::Vertices, 0, &self.strips.fill(&self.heightmap));
             self.map_to_index_buffer(coarsest, plan);
         }
     }
@@ -125,31 +126,60 @@ impl Tin {
         updates.into_iter().for_each(|update| self.map_to_index_buffer(update, plan));
     }
 
-    /// The last step of Algorithm 2: the triangles of each patch into the patch's region.
+    /// The last step of Algorithm 2: the triangles of each patch into the patch's room.
     fn map_to_index_buffer(&mut self, update: Update, plan: &mut FramePlan) {
         for made in update.triangulated {
-            let first = made.patch as u64 * self.region_indices() as u64;
-            let drawn = &mut self.drawn[made.patch as usize];
-            drawn.tolerance_m = made.tolerance_m;
+            self.drawn_tolerances_m[made.patch as usize] = made.tolerance_m;
             if let Some(indices) = made.indices {
-                drawn.indices = indices.len() as u32;
-                plan.upload(Buffer::Indices, first * size_of::<u32>() as u64, &indices);
+                self.upload(made.patch, &indices, plan);
             }
         }
         plan.work.push(update.report);
     }
 
+    fn upload(&mut self, patch: PatchId, indices: &[u32], plan: &mut FramePlan) {
+        let first = self.rooms.place(patch, indices.len() as u32).start as u64;
+        match self.index_format() {
+            IndexFormat::U32 => plan.upload(Buffer::Indices, first * 4, indices),
+            IndexFormat::U16 => {
+                self.narrow.clear();
+                self.narrow.extend(indices.iter().map(|index| *index as u16));
+                if self.narrow.len() % 2 == 1 {
+                    self.narrow.push(0); // Uploads are multiples of 4 bytes, and so are rooms.
+                }
+                plan.upload(Buffer::Indices, first * 2, &self.narrow);
+            }
+        }
+    }
+
+    /// A patch has at most 65 x 65 samples, so strips make every index small.
+    fn index_format(&self) -> IndexFormat {
+        match self.options.index_store {
+            IndexStore::Fixed => IndexFormat::U32,
+            IndexStore::Packed => IndexFormat::U16,
+        }
+    }
+
+    fn index_bytes(&self) -> u64 {
+        self.rooms.capacity() as u64 * self.index_format().bytes()
+    }
+
     fn draw(&self, patch: PatchId) -> Draw {
-        let first = patch * self.region_indices();
-        let indices = self.drawn[patch as usize].indices;
+        let indices = self.rooms.of(patch);
         // How many times the triangles would halve on the way from the fully refined patch: for the pictures.
-        let level = (self.region_indices() / indices).ilog2().min(15);
-        Draw::baked(first..first + indices, 0, PatchTag { patch, level })
+        let level = (full_patch_indices(&self.options) / indices.len() as u32).ilog2().min(15);
+        let base_vertex = self.strips.first_vertex(self.grid.area(patch)) as i32;
+        Draw::baked(indices, base_vertex, PatchTag { patch, level })
     }
 
     fn is_stale(&self, patch: PatchId, view: &View) -> bool {
-        is_outdated(self.tree.bounds_world(patch), self.drawn[patch as usize].tolerance_m, &self.options, view)
+        is_outdated(self.tree.bounds_world(patch), self.drawn_tolerances_m[patch as usize], &self.options, view)
     }
+}
+
+/// The triangulation of all samples of a patch has two triangles a quad.
+fn full_patch_indices(options: &Options) -> u32 {
+    6 * options.patch * options.patch
 }
 
 impl LodMethod for Tin {
@@ -158,11 +188,11 @@ impl LodMethod for Tin {
     }
 
     fn buffers(&self) -> BufferSizes {
-        let samples = self.heightmap.heights_m().len() as u64;
         BufferSizes {
             vertex_kind: VertexKind::Baked,
-            vertices: samples * size_of::<BakedVertex>() as u64,
-            indices: self.grid.patches() as u64 * self.region_indices() as u64 * size_of::<u32>() as u64,
+            index_format: self.index_format(),
+            vertices: self.strips.vertices() * size_of::<BakedVertex>() as u64,
+            indices: self.index_bytes(),
             instances: 0,
         }
     }
@@ -173,9 +203,13 @@ impl LodMethod for Tin {
 
     fn plan(&mut self, view: &View, plan: &mut FramePlan) {
         plan.clear();
+        let index_bytes = self.index_bytes();
         self.initialise(plan);
         self.tree.visible(view, self.culling, &mut self.visible);
         self.update(view, plan);
+        if self.index_bytes() > index_bytes {
+            plan.growths.push(Growth { buffer: Buffer::Indices, bytes: self.index_bytes() });
+        }
         plan.draws.extend(self.visible.iter().map(|patch| self.draw(*patch)));
         plan.stale_patches = self.visible.iter().filter(|patch| self.is_stale(**patch, view)).count() as u32;
     }

@@ -1,6 +1,9 @@
 //! What a user may choose.
 
+use terrain_core::Heightmap;
+
 use crate::triangulate::Triangulator;
+use crate::vertices::VertexStrips;
 
 /// Which samples of a patch are kept.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -22,6 +25,18 @@ pub enum EdgePolicy {
     Matched,
     /// The paper's (section 3.2): an edge keeps its state until both of its patches are updated for the same request.
     Paper,
+}
+
+/// How the triangles of all patches share the index buffer.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum IndexStore {
+    /// The paper's (section 4): room for a fully refined patch for each, in 4-byte indices; the vertex buffer holds
+    /// each sample once, row by row.
+    Fixed,
+    /// Rooms by need, in a buffer that grows when it is full, and 2-byte indices. The vertex buffer is in strips as
+    /// wide as a patch; it holds the columns between them twice.
+    #[default]
+    Packed,
 }
 
 /// When patches are updated.
@@ -52,6 +67,8 @@ pub struct Options {
     pub schedule: Schedule,
     /// What connects the selected samples. Default [`Triangulator::Grid`]. The selection does not depend on it.
     pub triangulator: Triangulator,
+    /// How the patches share the index buffer. Default [`IndexStore::Packed`]. The triangles do not depend on it.
+    pub index_store: IndexStore,
     /// Threads that triangulate, 1 or more. Default 1. The result does not depend on it.
     pub threads: usize,
 }
@@ -66,6 +83,7 @@ impl Default for Options {
             edge_policy: EdgePolicy::default(),
             schedule: Schedule::default(),
             triangulator: Triangulator::default(),
+            index_store: IndexStore::default(),
             threads: 1,
         }
     }
@@ -123,6 +141,14 @@ impl Options {
         match self.max_spacing {
             Some(found) if found == 0 || found > self.patch => Err(TinError::MaxSpacing { found, patch: self.patch }),
             _ => Ok(()),
+        }
+    }
+
+    /// The vertex buffer that the index store needs.
+    pub(crate) fn vertex_strips(&self, heightmap: &Heightmap) -> VertexStrips {
+        match self.index_store {
+            IndexStore::Fixed => VertexStrips::one(heightmap),
+            IndexStore::Packed => VertexStrips::new(heightmap, self.patch),
         }
     }
 

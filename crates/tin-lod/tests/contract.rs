@@ -6,7 +6,7 @@ use terrain_core::error::{ErrorDistribution, ErrorOracle};
 use terrain_core::walk::RandomWalk;
 use terrain_core::{FramePlan, Heightmap, LodMethod, MeshMirror, SplitMix64, contract};
 use terrain_dem::synthetic;
-use tin_lod::{EdgePolicy, Options, Selector, Tin, Triangulator};
+use tin_lod::{EdgePolicy, IndexStore, Options, Selector, Tin, Triangulator};
 
 /// With every selector that the options fit.
 fn check(dem: Heightmap, options: Options, seed: u64, frames: u32) {
@@ -92,6 +92,26 @@ fn a_plan_updates_only_outdated_patches() {
         drawn += plan.draws.len();
     }
     assert!(updated * 2 < drawn, "{updated} of {drawn} patches triangulated anew: nothing is kept between frames");
+}
+
+#[test]
+fn both_index_stores_keep_the_contract_and_draw_the_same_triangles() {
+    let dem = Arc::new(synthetic::generate(190, 247, 7));
+    let stores =
+        [IndexStore::Fixed, IndexStore::Packed].map(|index_store| Options { index_store, ..Default::default() });
+    stores.iter().for_each(|options| check(synthetic::generate(150, 131, 5), *options, 31, 60));
+    let mut tins = stores.map(|options| Tin::new(dem.clone(), options).unwrap());
+    let mut mirrors = tins.each_ref().map(|tin| MeshMirror::new(&tin.buffers(), &dem));
+    let mut plan = FramePlan::default();
+    for (frame, view) in RandomWalk::new(3, &dem).take(100).enumerate() {
+        for (tin, mirror) in tins.iter_mut().zip(&mut mirrors) {
+            tin.plan(&view, &mut plan);
+            mirror.replay(&plan).unwrap();
+        }
+        assert_eq!(mirrors[0].triangles(), mirrors[1].triangles(), "frame {frame}");
+    }
+    let [fixed, packed] = tins.map(|tin| tin.buffers().indices);
+    assert!(4 * packed < fixed, "{packed} bytes packed, {fixed} fixed");
 }
 
 #[test]

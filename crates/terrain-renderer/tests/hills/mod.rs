@@ -7,8 +7,8 @@ use std::f64::consts::FRAC_PI_2;
 use std::io::Write;
 
 use terrain_core::{
-    BakedVertex, Buffer, BufferSizes, Camera, Draw, FramePlan, Heightmap, Lens, LocalVertex, PatchInstance, PatchTag,
-    Sample, VertexKind, View,
+    BakedVertex, Buffer, BufferSizes, Camera, Draw, FramePlan, Heightmap, IndexFormat, Lens, LocalVertex,
+    PatchInstance, PatchTag, Sample, VertexKind, View,
 };
 use terrain_renderer::{AdapterChoice, Gpu};
 
@@ -82,6 +82,7 @@ pub fn baked_grid(heightmap: &Heightmap, quads_per_draw: usize) -> Mesh {
         .collect();
     let sizes = BufferSizes {
         vertex_kind: VertexKind::Baked,
+        index_format: IndexFormat::U32,
         vertices: size_of_val(&vertices[..]) as u64,
         indices: size_of_val(&indices[..]) as u64,
         instances: 0,
@@ -121,6 +122,7 @@ pub fn coarse_grid(heightmap: &Heightmap, quads: u16, step: i16) -> Mesh {
         .to_vec();
     let sizes = BufferSizes {
         vertex_kind: VertexKind::Displaced,
+        index_format: IndexFormat::U32,
         vertices: size_of_val(&vertices[..]) as u64,
         indices: size_of_val(&indices[..]) as u64,
         instances: size_of_val(&instances[..]) as u64,
