@@ -2,7 +2,7 @@
 
 use clap::ValueEnum;
 use serde::{Deserialize, Serialize};
-use tin_lod::{EdgePolicy, Schedule, Selector, Triangulator};
+use tin_lod::{EdgePolicy, IndexStore, Schedule, Selector, Triangulator};
 
 /// Which samples the TIN keeps.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
@@ -83,6 +83,26 @@ impl From<TriangulatorName> for Triangulator {
             TriangulatorName::Grid => Self::Grid,
             TriangulatorName::Delaunator => Self::Delaunator,
             TriangulatorName::Spade => Self::Spade,
+        }
+    }
+}
+
+/// How the TIN's patches share the index buffer.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum IndexStoreName {
+    /// Room for a fully refined patch each, as in the paper
+    Fixed,
+    /// Rooms by need, 2-byte indices
+    #[default]
+    Packed,
+}
+
+impl From<IndexStoreName> for IndexStore {
+    fn from(name: IndexStoreName) -> Self {
+        match name {
+            IndexStoreName::Fixed => Self::Fixed,
+            IndexStoreName::Packed => Self::Packed,
         }
     }
 }

@@ -8,7 +8,7 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 use terrain_dem::ReadOptions;
 use terrain_renderer::{AdapterChoice, Colour, Look, Normals, Submission};
 
-use crate::choices::{EdgePolicyName, ScheduleName, SelectorName, TriangulatorName};
+use crate::choices::{EdgePolicyName, IndexStoreName, ScheduleName, SelectorName, TriangulatorName};
 use crate::methods::MethodName;
 use crate::suite::{FRAMES, PIXELS, REPEATS, SIDE_PX};
 
@@ -83,6 +83,9 @@ pub struct MethodArgs {
     /// tin: which edges follow when a patch is selected anew [default: matched]
     #[arg(long)]
     pub edge_policy: Option<EdgePolicyName>,
+    /// tin: how the patches share the index buffer [default: packed]
+    #[arg(long)]
+    pub index_store: Option<IndexStoreName>,
     /// htp: small triangles along the side of a patch [default: 3]
     #[arg(long, value_name = "N")]
     pub k: Option<u32>,

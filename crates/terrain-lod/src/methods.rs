@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 use terrain_core::{Heightmap, LodMethod};
 use tin_lod::Tin;
 
-use crate::choices::{EdgePolicyName, ScheduleName, SelectorName, TriangulatorName, name_of};
+use crate::choices::{EdgePolicyName, IndexStoreName, ScheduleName, SelectorName, TriangulatorName, name_of};
 use crate::fault::Fault;
 
 /// A method by its name on the command line, in suites and in tables.
@@ -55,6 +55,8 @@ pub struct Settings {
     pub triangulator: TriangulatorName,
     /// tin: which edges follow a patch.
     pub edge_policy: EdgePolicyName,
+    /// tin: how the patches share the index buffer.
+    pub index_store: IndexStoreName,
     /// htp: longest screen length of a triangle's leg in pixels.
     pub leg_px: f64,
     /// htp: small triangles along a patch's side.
@@ -110,6 +112,7 @@ impl Run {
             schedule: self.settings.schedule.into(),
             edge_policy: self.settings.edge_policy.into(),
             triangulator: self.settings.triangulator.into(),
+            index_store: self.settings.index_store.into(),
             threads,
         }
     }
@@ -141,9 +144,10 @@ impl Run {
                 };
                 let (selector, triangulator) = (name_of(self.settings.selector), name_of(self.settings.triangulator));
                 let (edges, schedule) = (name_of(self.settings.edge_policy), name_of(self.settings.schedule));
+                let store = name_of(self.settings.index_store);
                 format!(
                     "selector={selector} patch={patch}{spacing} triangulator={triangulator} edge-policy={edges} \
-                     schedule={schedule}"
+                     schedule={schedule} index-store={store}"
                 )
             }
             MethodName::Htp | MethodName::HtpInstanced => {

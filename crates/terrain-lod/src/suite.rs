@@ -10,7 +10,7 @@ use terrain_core::{Flight, FlightPath, View};
 use terrain_dem::{Dem, ReadOptions};
 use terrain_renderer::{Look, Submission};
 
-use crate::choices::{EdgePolicyName, ScheduleName, SelectorName, TriangulatorName};
+use crate::choices::{EdgePolicyName, IndexStoreName, ScheduleName, SelectorName, TriangulatorName};
 use crate::cli::{BenchArgs, MethodArgs};
 use crate::fault::{Cause, Fault};
 use crate::methods::{MethodName, Run, Settings};
@@ -58,6 +58,8 @@ pub struct Suite {
     pub schedule: ScheduleName,
     /// As `--triangulator`.
     pub triangulator: TriangulatorName,
+    /// As `--index-store`.
+    pub index_store: IndexStoreName,
     /// As `--edge-policy`.
     pub edge_policy: EdgePolicyName,
     /// As `--k`.
@@ -91,6 +93,7 @@ impl Default for Suite {
             max_spacing: None,
             schedule: ScheduleName::default(),
             triangulator: TriangulatorName::default(),
+            index_store: IndexStoreName::default(),
             edge_policy: EdgePolicyName::default(),
             k: 3,
             layers: 3,
@@ -140,6 +143,7 @@ impl Suite {
     pub fn override_settings(&mut self, args: &MethodArgs) {
         override_with(&mut self.schedule, &args.schedule);
         override_with(&mut self.triangulator, &args.triangulator);
+        override_with(&mut self.index_store, &args.index_store);
         override_with(&mut self.edge_policy, &args.edge_policy);
         override_with(&mut self.k, &args.k);
         override_with(&mut self.layers, &args.layers);
@@ -209,6 +213,7 @@ impl Suite {
             max_spacing: self.max_spacing,
             schedule: self.schedule,
             triangulator: self.triangulator,
+            index_store: self.index_store,
             edge_policy: self.edge_policy,
             leg_px,
             k: self.k,

@@ -5,7 +5,7 @@ mod hills;
 use hills::shot::{is_background, shaded, shoot, terrain_pixels};
 use hills::{SIZE_PX, adapter, baked_grid, displaced_grid, oblique, straight_down, view};
 use std::f64::consts::FRAC_PI_2;
-use terrain_core::{BufferSizes, Draw, PatchTag, Sample};
+use terrain_core::{Buffer, BufferSizes, Draw, FramePlan, Growth, IndexFormat, PatchTag, Sample};
 use terrain_renderer::{
     Colour, Look, MethodBuffers, RenderError, Renderer, RendererSettings, Scene, Submission, Target, TerrainPass,
 };
@@ -49,6 +49,32 @@ fn both_vertex_kinds_draw_the_same_picture() {
         assert!(baked.depth == displaced.depth, "patches of {quads}");
         assert!(baked.picture == displaced.picture, "patches of {quads}");
     }
+}
+
+#[test]
+fn narrow_indices_in_a_buffer_that_grew_draw_the_same_picture() {
+    let Some(gpu) = adapter() else { return };
+    let (dem, view) = (hills::hills(), oblique(&hills::hills()));
+    let wide = baked_grid(&dem, 1000);
+    let indices: &[u32] = bytemuck::cast_slice(wide.plan.bytes_of(&wide.plan.uploads[1]));
+    let narrow: Vec<u16> = indices.iter().map(|index| *index as u16).collect();
+    let (all, half) = (2 * narrow.len() as u64, narrow.len() / 4 * 2);
+    let [mut first, mut second] = [FramePlan::default(), FramePlan::default()];
+    first.upload(Buffer::Vertices, 0, wide.plan.bytes_of(&wide.plan.uploads[0]));
+    first.upload(Buffer::Indices, 0, &narrow[..half]);
+    second.growths.push(Growth { buffer: Buffer::Indices, bytes: all });
+    second.upload(Buffer::Indices, 2 * half as u64, &narrow[half..]);
+    second.draws.clone_from(&wide.plan.draws);
+
+    let expected = shoot(&gpu, &dem, Submission::Direct, &wide, &view, &shaded(Colour::Shaded));
+    let settings = RendererSettings { size_px: SIZE_PX, ..Default::default() };
+    let mut renderer = Renderer::new(gpu.clone(), &dem, &settings).unwrap();
+    let sizes = BufferSizes { index_format: IndexFormat::U16, indices: 2 * half as u64, ..wide.sizes };
+    let mut buffers = renderer.buffers(sizes).unwrap();
+    for plan in [&first, &second] {
+        renderer.frame(&view, plan, &mut buffers, &shaded(Colour::Shaded)).unwrap();
+    }
+    assert!(expected.picture == renderer.target().read_back(&gpu).unwrap());
 }
 
 /// One quad a patch, so that the patches of both kinds are the same and in the same order.
