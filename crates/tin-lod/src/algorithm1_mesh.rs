@@ -120,17 +120,19 @@ impl Algorithm1Mesh {
         patches: &[PatchId],
         tolerances_m: &[f64],
     ) -> Duration {
-        let places: Vec<u32> = (0..patches.len() as u32).collect();
-        let selected = self.parallel(&places, |mesh, place| {
-            let (patch, tolerance_m) = (patches[place as usize], tolerances_m[place as usize]);
-            let (area, border) = (mesh.grid.area(patch), mesh.border(patch));
-            select_interior(heightmap, area, border, tolerance_m, options.max_spacing())
-        });
-        let mut time = Duration::ZERO;
-        for ((patch, tolerance_m), (interior, spent)) in patches.iter().zip(tolerances_m).zip(selected) {
+        // Masks are made in the memory of those before.
+        let interior = |patch: &PatchId| std::mem::take(&mut self.patches[*patch as usize].interior);
+        let mut interiors: Vec<Vec<Mask>> = patches.iter().map(interior).collect();
+        let select = |(place, interior): (usize, &mut Vec<Mask>)| {
+            let start = Instant::now();
+            let (area, border) = (self.grid.area(patches[place]), self.border(patches[place]));
+            select_interior(heightmap, area, border, tolerances_m[place], options.max_spacing(), interior);
+            start.elapsed()
+        };
+        let time = interiors.par_iter_mut().enumerate().map(select).sum();
+        for ((patch, tolerance_m), interior) in patches.iter().zip(tolerances_m).zip(interiors) {
             let patch = &mut self.patches[*patch as usize];
             (patch.tolerance_m, patch.interior) = (*tolerance_m, interior);
-            time += spent;
         }
         time
     }
