@@ -44,6 +44,15 @@ mod worker;
 #[cfg(test)]
 mod live_tests;
 
+/// The paper's selection alone (section 3.1 and 3.2): from a tolerance in metres to kept samples.
+///
+/// For a whole DEM: [`select_edge`](algorithm1::select_edge) for every edge of a [`PatchGrid`], then
+/// [`select_interior`](algorithm1::select_interior) for every patch with the [`Border`] of its four edges, then a
+/// [`Triangulator`]. Patches that share an edge need no word between them.
+pub mod algorithm1 {
+    pub use crate::select::{select_edge, select_interior};
+}
+
 pub use bounded::{BoundedMesher, Repair, Selection, edge_levels};
 pub use method::Tin;
 pub use options::{EdgePolicy, IndexStore, Options, Schedule, Selector, TinError};

@@ -36,7 +36,12 @@ pub(crate) fn inner_bits(length: u32) -> Mask {
 }
 
 /// Kept inner samples of an edge, from the edge's own samples alone.
-pub(crate) fn select_edge(heightmap: &Heightmap, run: EdgeRun, tolerance_m: f64, max_spacing: u32) -> Mask {
+///
+/// - `run`: an edge of a [`PatchGrid`](crate::PatchGrid) over this DEM.
+/// - `tolerance_m`: the height difference in metres above which a sample is kept, 0 or more; with infinity those alone
+///   that are always kept. It is no bound of the error.
+/// - `max_spacing`: largest distance between kept samples in grid intervals, 1 to the side of a whole patch.
+pub fn select_edge(heightmap: &Heightmap, run: EdgeRun, tolerance_m: f64, max_spacing: u32) -> Mask {
     let differs = |a: u32, b: u32| {
         let rise = heightmap.height_m(run.sample(a)) as f64 - heightmap.height_m(run.sample(b)) as f64;
         rise.abs() > tolerance_m
@@ -68,9 +73,13 @@ pub struct Border {
 
 /// Selects the interior samples of a patch: fills `rows` with a mask for each of its interior rows.
 ///
+/// - `area`: a patch of a [`PatchGrid`](crate::PatchGrid) over this DEM.
+/// - `border`: what its four edges keep.
+/// - `tolerance_m`, `max_spacing`: as for [`select_edge`].
+///
 /// What depends on no other decision of the same row is compared for all of the row at once. What is left is the last
 /// kept sample on the row, from west to east.
-pub(crate) fn select_interior(
+pub fn select_interior(
     heightmap: &Heightmap,
     area: PatchArea,
     border: Border,
