@@ -45,8 +45,9 @@ pub type FlightError = SourceError;
 pub const MAX_FRAMES: u32 = 1_000_000;
 
 /// Name and text of the flights that come with the program. They fit any DEM.
-pub const BUILT_IN: [(&str, &str); 4] = [
+pub const BUILT_IN: [(&str, &str); 5] = [
     ("ground-level", include_str!("../../../data/flights/ground-level.toml")),
+    ("low-and-slow", include_str!("../../../data/flights/low-and-slow.toml")),
     ("fly-over", include_str!("../../../data/flights/fly-over.toml")),
     ("turn", include_str!("../../../data/flights/turn.toml")),
     ("stop-and-go", include_str!("../../../data/flights/stop-and-go.toml")),

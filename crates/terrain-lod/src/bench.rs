@@ -1,4 +1,4 @@
-//! `bench`: both passes, the pictures, the table.
+//! `bench`: the passes, the pictures, the table.
 
 use std::path::PathBuf;
 
@@ -11,6 +11,7 @@ use crate::dry_run;
 use crate::error_pass::{self, ErrorFlight};
 use crate::fault::{Cause, Fault};
 use crate::interrupt;
+use crate::live_pass::{self, LiveFlights, LiveFrame};
 use crate::machine::Machine;
 use crate::methods::Run;
 use crate::output::print;
@@ -19,7 +20,7 @@ use crate::results::{Results, utc_now};
 use crate::shots;
 use crate::speed_pass::{self, SpeedFlights, SpeedFrame};
 use crate::suite::Bench;
-use crate::summary::{self, SummaryRow, Surroundings};
+use crate::summary::{self, Measured, SummaryRow, Surroundings};
 use crate::table;
 
 pub fn run(args: &BenchArgs) -> Result<(), Fault> {
@@ -107,7 +108,7 @@ fn surroundings(machine: &Machine) -> Surroundings {
     }
 }
 
-/// Both passes, with a CSV for each run and pass as soon as there is something to write.
+/// All passes, with a CSV for each run and pass as soon as there is something to write.
 fn fly(
     bench: &Bench,
     renderer: &mut Option<Renderer>,
@@ -121,12 +122,18 @@ fn fly(
             results.write_csv(&format!("frames/{}-error.csv", run.file_stem()), &flight.frames)?;
         }
     }
+    let live_steps = bench.runs.iter().filter(|run| run.is_live()).count() as u64 * bench.path.len() as u64;
+    let keep =
+        |run: &Run, frames: &[LiveFrame]| results.write_csv(&format!("frames/{}-live.csv", run.file_stem()), frames);
+    let progress = Progress::new("live", live_steps * bench.suite.repeats as u64);
+    let live = live_pass::fly_all(bench, &progress, keep)?;
+    drop(progress);
     let keep =
         |run: &Run, frames: &[SpeedFrame]| results.write_csv(&format!("frames/{}-speed.csv", run.file_stem()), frames);
     let progress = Progress::new("speed", steps * bench.suite.repeats as u64);
     let speed = speed_pass::fly_all(bench, renderer, &progress, keep)?;
-    let runs = bench.runs.iter().zip(errors).zip(speed);
-    Ok(runs.map(|((run, errors), speed)| sum_up(bench, run, surroundings, errors, speed)).collect())
+    let runs = bench.runs.iter().zip(errors).zip(live).zip(speed);
+    Ok(runs.map(|(((run, errors), live), speed)| sum_up(bench, run, surroundings, errors, live, speed)).collect())
 }
 
 fn sum_up(
@@ -134,11 +141,18 @@ fn sum_up(
     run: &Run,
     surroundings: &Surroundings,
     errors: Result<ErrorFlight, Fault>,
+    live: LiveFlights,
     speed: SpeedFlights,
 ) -> Flown {
-    let rows = summary::rows(bench, run, surroundings, errors.as_ref().ok(), speed.as_deref().ok());
+    let measured = Measured {
+        errors: errors.as_ref().ok(),
+        live: live.as_ref().ok().and_then(Option::as_ref),
+        speed: speed.as_deref().ok(),
+    };
+    let rows = summary::rows(bench, run, surroundings, &measured);
     let mut flown = Flown { rows, fault: None };
     errors.err().into_iter().for_each(|fault| flown.fail("error pass", fault));
+    live.err().into_iter().for_each(|fault| flown.fail("live pass", fault));
     speed.err().into_iter().for_each(|fault| flown.fail("speed pass", fault));
     flown
 }
@@ -166,7 +180,8 @@ fn take_shots(bench: &Bench, gpu: &Gpu, results: &Results, flown: &mut [Flown]) 
 
 /// A run that failed or cracked is no success. The exit code is the first failure's.
 fn answer(flown: &[Flown]) -> Result<(), Fault> {
-    let cracked = flown.iter().filter(|flown| flown.rows.iter().any(|row| row.cracks > Some(0))).count();
+    let is_cracked = |row: &SummaryRow| row.cracks > Some(0) || row.live_cracks > Some(0);
+    let cracked = flown.iter().filter(|flown| flown.rows.iter().any(is_cracked)).count();
     let faults: Vec<&Fault> = flown.iter().filter_map(|flown| flown.fault.as_ref()).collect();
     if faults.is_empty() && cracked == 0 {
         return Ok(());

@@ -74,12 +74,6 @@ pub struct MethodArgs {
     /// tin: largest distance between selected samples in grid intervals [default: half a patch]
     #[arg(long, value_name = "N")]
     pub max_spacing: Option<u32>,
-    /// tin: when patches are updated; errors and pictures are always those of the converged mesh [default: blocking]
-    #[arg(long)]
-    pub schedule: Option<ScheduleName>,
-    /// tin: what connects the selected samples [default: grid]
-    #[arg(long)]
-    pub triangulator: Option<TriangulatorName>,
     /// tin: which edges follow when a patch is selected anew [default: matched]
     #[arg(long)]
     pub edge_policy: Option<EdgePolicyName>,
@@ -178,12 +172,12 @@ impl From<NormalsName> for Normals {
 
 #[derive(Debug, Args)]
 pub struct BenchArgs {
-    /// A suite in data/suites (quick, smoke), or a TOML file; the flags below override it
+    /// A suite in data/suites (quick, live, smoke), or a TOML file; the flags below override it
     #[arg(long, value_name = "NAME", default_value = "quick")]
     pub suite: String,
     #[command(flatten)]
     pub dem: DemArgs,
-    /// A flight in data/flights (ground-level, fly-over, turn, stop-and-go), or a TOML file
+    /// A flight in data/flights (ground-level, low-and-slow, fly-over, turn, stop-and-go), or a TOML file
     #[arg(long, value_name = "FILE")]
     pub flight: Option<String>,
     /// Methods to compare
@@ -195,6 +189,12 @@ pub struct BenchArgs {
     /// tin: which samples are kept [default: the suite's, or else bounded]
     #[arg(long, value_delimiter = ',', value_name = "NAMES")]
     pub selector: Option<Vec<SelectorName>>,
+    /// tin: when patches are updated; a live run flies one pass more, in the flight's own time [default: blocking]
+    #[arg(long, value_delimiter = ',', value_name = "NAMES")]
+    pub schedule: Option<Vec<ScheduleName>>,
+    /// tin: what connects the selected samples; bounded takes the grid of a list [default: grid]
+    #[arg(long, value_delimiter = ',', value_name = "NAMES")]
+    pub triangulator: Option<Vec<TriangulatorName>>,
     /// tin: sides of a patch in grid intervals (8, 16, 32, 64)
     #[arg(long, value_delimiter = ',', value_name = "N")]
     pub patch: Option<Vec<u32>>,
@@ -209,7 +209,7 @@ pub struct BenchArgs {
     /// Frames, evenly over the flight [default: the suite's, or else the flight's own]
     #[arg(long, value_name = "N", value_parser = within(FRAMES))]
     pub frames: Option<u32>,
-    /// How often each method flies the speed pass, interleaved
+    /// How often each method flies the live and the speed pass, interleaved
     #[arg(long, value_name = "N", value_parser = within(REPEATS))]
     pub repeats: Option<u32>,
     #[command(flatten)]
@@ -255,6 +255,9 @@ pub struct MeshArgs {
     /// tin: which samples are kept [default: bounded]
     #[arg(long)]
     pub selector: Option<SelectorName>,
+    /// tin: what connects the selected samples [default: grid]
+    #[arg(long)]
+    pub triangulator: Option<TriangulatorName>,
     /// tin: side of a patch in grid intervals (8, 16, 32, 64) [default: 32]
     #[arg(long, value_name = "N")]
     pub patch: Option<u32>,

@@ -75,5 +75,8 @@ fn estimate(bench: &Bench, run: &Run, renderer: &mut Option<Renderer>) -> Result
         oracle.measure(&view, &mut ErrorDistribution::new(&[]));
         error_time = start.elapsed();
     }
-    Ok((speed_time * bench.suite.repeats + error_time) * bench.path.len())
+    // A live flight takes its own time, and is judged afterwards as in the error pass.
+    let live_time =
+        if run.is_live() { Duration::from_secs_f64(bench.path.step_s()) + error_time } else { Duration::ZERO };
+    Ok(((speed_time + live_time) * bench.suite.repeats + error_time) * bench.path.len())
 }

@@ -69,8 +69,8 @@ fn fly(bench: &Bench, run: &Run, progress: &Progress) -> Result<ErrorFlight, Fau
     Ok(ErrorFlight { frames, errors: judge.flight, index_bytes_reserved: method.buffers().indices })
 }
 
-/// The mirror and the oracles of one run.
-struct Judge<'a> {
+/// The mirror and the oracles of one flight: what a plan draws, measured. The live pass has its plans judged here too.
+pub struct Judge<'a> {
     heightmap: &'a Heightmap,
     mirror: MeshMirror<'a>,
     index_format: IndexFormat,
@@ -79,11 +79,12 @@ struct Judge<'a> {
     topology: Watertightness,
     oracle: ErrorOracle<'a>,
     frame: ErrorDistribution,
-    flight: ErrorDistribution,
+    /// All samples of all frames judged so far, over the run's tolerances.
+    pub flight: ErrorDistribution,
 }
 
 impl<'a> Judge<'a> {
-    fn new(bench: &'a Bench, run: &Run, sizes: &BufferSizes) -> Self {
+    pub fn new(bench: &'a Bench, run: &Run, sizes: &BufferSizes) -> Self {
         let tolerances: Vec<f32> = bench.suite.tolerances_of(run).iter().map(|t| *t as f32).collect();
         Self {
             heightmap: &bench.dem.heightmap,
@@ -97,12 +98,19 @@ impl<'a> Judge<'a> {
         }
     }
 
-    fn judge(&mut self, frame: u32, view: &View, plan: &FramePlan) -> Result<ErrorFrame, Fault> {
+    /// Executes a plan, and measures what has changed in its mesh.
+    pub fn replay(&mut self, plan: &FramePlan) -> Result<(), Fault> {
         let changed = self.mirror.replay(plan).map_err(|e| Fault::new(Cause::Failure, e))?;
         if changed {
             self.topology = self.watertight.check(self.mirror.triangles(), self.mirror.degenerate());
             self.oracle.set_mesh(self.mirror.triangles());
         }
+        Ok(())
+    }
+
+    /// Executes a plan, and measures all that its view shows of it.
+    pub fn judge(&mut self, frame: u32, view: &View, plan: &FramePlan) -> Result<ErrorFrame, Fault> {
+        self.replay(plan)?;
         self.frame.clear();
         self.oracle.measure(view, &mut self.frame);
         self.flight.merge(&self.frame);

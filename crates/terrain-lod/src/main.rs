@@ -8,6 +8,7 @@ mod dry_run;
 mod error_pass;
 mod fault;
 mod interrupt;
+mod live_pass;
 mod machine;
 mod mesh;
 mod methods;

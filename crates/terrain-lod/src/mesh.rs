@@ -56,6 +56,7 @@ fn suite(args: &MeshArgs) -> Suite {
     override_with(&mut suite.flight, &args.flight);
     override_with(&mut suite.tolerance_px, &args.tolerance.map(|px| vec![px]));
     override_with(&mut suite.selector, &args.selector.map(|selector| vec![selector]));
+    override_with(&mut suite.triangulator, &args.triangulator.map(|triangulator| vec![triangulator]));
     override_with(&mut suite.patch, &args.patch.map(|patch| vec![patch]));
     override_with(&mut suite.leg_px, &args.leg_px.map(|px| vec![px]));
     override_with(&mut suite.size_px, &args.size);

@@ -122,7 +122,12 @@ impl Run {
         htp_lod::Options { k, layers, leg_px, batching }
     }
 
-    /// The same, with every plan waiting for its updates: errors and pictures are those of the converged mesh.
+    /// Whether a worker updates behind the plans, so that what is drawn depends on the clock.
+    pub fn is_live(&self) -> bool {
+        self.method == MethodName::Tin && self.settings.schedule == ScheduleName::Live
+    }
+
+    /// The same, with every plan waiting for its updates: what the error pass and the pictures show.
     pub fn converged(mut self) -> Self {
         self.settings.schedule = ScheduleName::Blocking;
         self
@@ -167,7 +172,11 @@ impl Run {
         let Settings { tolerance_px, patch, leg_px, k, layers, .. } = self.settings;
         let name = self.method.as_str();
         match self.method {
-            MethodName::Tin => format!("{name}-{}-{tolerance_px}px-patch{patch}", name_of(self.settings.selector)),
+            MethodName::Tin => {
+                let (selector, triangulator) = (name_of(self.settings.selector), name_of(self.settings.triangulator));
+                let schedule = name_of(self.settings.schedule);
+                format!("{name}-{selector}-{tolerance_px}px-patch{patch}-{triangulator}-{schedule}")
+            }
             MethodName::Htp | MethodName::HtpInstanced => format!("{name}-leg{leg_px}px-k{k}-l{layers}"),
             MethodName::FullGrid => name.into(),
         }

@@ -16,7 +16,8 @@ use crate::fault::{Cause, Fault};
 use crate::methods::{MethodName, Run, Settings};
 
 /// The suites in `data/suites`.
-const BUILT_IN: [(&str, &str); 2] = [
+const BUILT_IN: [(&str, &str); 3] = [
+    ("live", include_str!("../../../data/suites/live.toml")),
     ("quick", include_str!("../../../data/suites/quick.toml")),
     ("smoke", include_str!("../../../data/suites/smoke.toml")),
 ];
@@ -55,9 +56,9 @@ pub struct Suite {
     /// As `--max-spacing`.
     pub max_spacing: Option<u32>,
     /// As `--schedule`.
-    pub schedule: ScheduleName,
+    pub schedule: Vec<ScheduleName>,
     /// As `--triangulator`.
-    pub triangulator: TriangulatorName,
+    pub triangulator: Vec<TriangulatorName>,
     /// As `--index-store`.
     pub index_store: IndexStoreName,
     /// As `--edge-policy`.
@@ -91,8 +92,8 @@ impl Default for Suite {
             patch: vec![32],
             leg_px: vec![8.0],
             max_spacing: None,
-            schedule: ScheduleName::default(),
-            triangulator: TriangulatorName::default(),
+            schedule: vec![ScheduleName::default()],
+            triangulator: vec![TriangulatorName::default()],
             index_store: IndexStoreName::default(),
             edge_policy: EdgePolicyName::default(),
             k: 3,
@@ -131,6 +132,8 @@ impl Suite {
         override_with(&mut suite.selector, &args.selector);
         override_with(&mut suite.patch, &args.patch);
         override_with(&mut suite.leg_px, &args.leg_px);
+        override_with(&mut suite.schedule, &args.schedule);
+        override_with(&mut suite.triangulator, &args.triangulator);
         override_with(&mut suite.size_px, &args.size);
         override_with(&mut suite.repeats, &args.repeats);
         suite.frames = args.frames.or(suite.frames);
@@ -141,8 +144,6 @@ impl Suite {
 
     /// Takes the settings that are given on the command line.
     pub fn override_settings(&mut self, args: &MethodArgs) {
-        override_with(&mut self.schedule, &args.schedule);
-        override_with(&mut self.triangulator, &args.triangulator);
         override_with(&mut self.index_store, &args.index_store);
         override_with(&mut self.edge_policy, &args.edge_policy);
         override_with(&mut self.k, &args.k);
@@ -162,8 +163,15 @@ impl Suite {
             None if list.is_empty() => Err(format!("{name} is empty; expected at least one")),
             None => Ok(()),
         };
-        if self.methods.is_empty() || self.selector.is_empty() || self.patch.is_empty() {
-            return Err("methods, selector or patch is empty; expected at least one of each".into());
+        let lists = [
+            ("methods", self.methods.len()),
+            ("selector", self.selector.len()),
+            ("patch", self.patch.len()),
+            ("schedule", self.schedule.len()),
+            ("triangulator", self.triangulator.len()),
+        ];
+        if let Some((name, _)) = lists.iter().find(|(_, length)| *length == 0) {
+            return Err(format!("{name} is empty; expected at least one"));
         }
         pixels("tolerance_px", &self.tolerance_px)?;
         pixels("leg_px", &self.leg_px)?;
@@ -192,30 +200,32 @@ impl Suite {
 
     /// Every combination of the lists.
     fn all_settings(&self) -> Vec<Settings> {
-        let mut all = Vec::new();
-        for tolerance_px in &self.tolerance_px {
-            for selector in &self.selector {
-                for patch in &self.patch {
-                    for leg_px in &self.leg_px {
-                        all.push(self.settings(*tolerance_px, *selector, *patch, *leg_px));
-                    }
-                }
-            }
-        }
+        let all = vec![self.first_settings()];
+        let all = with_each(all, &self.tolerance_px, |settings, px| settings.tolerance_px = px);
+        let all = with_each(all, &self.selector, |settings, selector| settings.selector = selector);
+        let all = with_each(all, &self.triangulator, |settings, name| settings.triangulator = name);
+        let all = with_each(all, &self.schedule, |settings, schedule| settings.schedule = schedule);
+        let all = with_each(all, &self.patch, |settings, patch| settings.patch = patch);
+        let mut all = with_each(all, &self.leg_px, |settings, px| settings.leg_px = px);
+        // The bounded selector knows one triangulator. The others of a list are for algorithm 1.
+        let has_grid = self.triangulator.contains(&TriangulatorName::Grid);
+        let fits = |s: &Settings| s.selector != SelectorName::Bounded || s.triangulator == TriangulatorName::Grid;
+        all.retain(|settings| fits(settings) || !has_grid);
         all
     }
 
-    fn settings(&self, tolerance_px: f64, selector: SelectorName, patch: u32, leg_px: f64) -> Settings {
+    /// The first of each list.
+    fn first_settings(&self) -> Settings {
         Settings {
-            tolerance_px,
-            selector,
-            patch,
+            tolerance_px: self.tolerance_px[0],
+            selector: self.selector[0],
+            patch: self.patch[0],
             max_spacing: self.max_spacing,
-            schedule: self.schedule,
-            triangulator: self.triangulator,
+            schedule: self.schedule[0],
+            triangulator: self.triangulator[0],
             index_store: self.index_store,
             edge_policy: self.edge_policy,
-            leg_px,
+            leg_px: self.leg_px[0],
             k: self.k,
             layers: self.layers,
             threads: self.threads.into(),
@@ -226,6 +236,15 @@ impl Suite {
     pub fn tolerances_of(&self, run: &Run) -> Vec<f64> {
         if run.takes_tolerance() { vec![run.settings.tolerance_px] } else { self.tolerance_px.clone() }
     }
+}
+
+/// The settings with each value of a list in turn.
+fn with_each<T: Copy>(all: Vec<Settings>, list: &[T], set: fn(&mut Settings, T)) -> Vec<Settings> {
+    let with = |mut settings: Settings, value: &T| {
+        set(&mut settings, *value);
+        settings
+    };
+    all.into_iter().flat_map(|settings| list.iter().map(move |value| with(settings, value))).collect()
 }
 
 /// The list with the first of each value.

@@ -3,6 +3,7 @@
 use serde::Serialize;
 
 use crate::error_pass::{ErrorFlight, ErrorFrame};
+use crate::live_pass::{LiveFlight, LiveFrame};
 use crate::methods::Run;
 use crate::output::tidy;
 use crate::speed_pass::SpeedFrame;
@@ -62,10 +63,25 @@ pub struct SummaryRow {
     pub frames_without_samples: Option<u64>,
     pub first_upload_bytes: Option<u64>,
     pub updated_patches_mean: Option<f64>,
-    /// Share of the timed frames that draw a stale patch, and how long updates are on their way: live alone.
+    /// From here to `late_frames`: the live pass, over all frames of all its flights. Frames a second that it is paced at.
+    pub live_fps: Option<f64>,
+    /// Share of the frames that draw a stale patch, and how many of them.
     pub stale_frames_share: Option<f64>,
+    pub stale_patches_mean: Option<f64>,
+    pub stale_patches_max: Option<u32>,
+    /// How long updates are on their way: the longest of each frame that draws one.
     pub latency_ms_p50: Option<f64>,
     pub latency_ms_p99: Option<f64>,
+    pub live_plan_ms_p50: Option<f64>,
+    pub live_plan_ms_p99: Option<f64>,
+    pub live_plan_ms_max: Option<f64>,
+    pub live_error_px_max: Option<f64>,
+    pub live_error_px_p99: Option<f64>,
+    pub live_error_px_rms: Option<f64>,
+    pub live_over_tolerance_share: Option<f64>,
+    pub live_cracks: Option<u64>,
+    /// Frames whose plan was not there when the next one was due.
+    pub late_frames: Option<u64>,
     pub threads: usize,
     pub submission: String,
     pub repeats: u32,
@@ -81,19 +97,22 @@ pub struct Surroundings {
     pub load_average: f64,
 }
 
+/// What the passes found for one run, where they have not failed.
+pub struct Measured<'a> {
+    pub errors: Option<&'a ErrorFlight>,
+    /// Of a live run alone.
+    pub live: Option<&'a LiveFlight>,
+    pub speed: Option<&'a [SpeedFrame]>,
+}
+
 /// The rows of one run, one for each of its tolerances, with what was measured.
-pub fn rows(
-    bench: &Bench,
-    run: &Run,
-    surroundings: &Surroundings,
-    errors: Option<&ErrorFlight>,
-    speed: Option<&[SpeedFrame]>,
-) -> Vec<SummaryRow> {
+pub fn rows(bench: &Bench, run: &Run, surroundings: &Surroundings, measured: &Measured) -> Vec<SummaryRow> {
     let tolerances = bench.suite.tolerances_of(run);
     let row = |(i, tolerance_px): (usize, &f64)| {
         let mut row = identity(bench, run, surroundings, *tolerance_px);
-        errors.into_iter().for_each(|flight| fill_errors(&mut row, flight, i));
-        speed.into_iter().for_each(|frames| fill_speed(&mut row, frames));
+        measured.errors.into_iter().for_each(|flight| fill_errors(&mut row, flight, i));
+        measured.live.into_iter().for_each(|flight| fill_live(&mut row, bench, flight, i));
+        measured.speed.into_iter().for_each(|frames| fill_speed(&mut row, frames));
         row
     };
     tolerances.iter().enumerate().map(row).collect()
@@ -147,13 +166,31 @@ fn fill_errors(row: &mut SummaryRow, flight: &ErrorFlight, tolerance: usize) {
     row.cracks = Some(frames.iter().map(|f| f.cracks).sum());
 }
 
+fn fill_live(row: &mut SummaryRow, bench: &Bench, flight: &LiveFlight, tolerance: usize) {
+    let LiveFlight { frames, errors } = flight;
+    let all = |number: fn(&LiveFrame) -> Option<f64>| sorted(frames.iter().filter_map(number));
+    row.live_fps = Some(tidy(1.0 / bench.path.step_s()));
+    row.stale_frames_share = mean_of(&all(|f| Some((f.stale_patches > 0).into())));
+    row.stale_patches_mean = mean_of(&all(|f| Some(f.stale_patches.into())));
+    row.stale_patches_max = frames.iter().map(|f| f.stale_patches).max();
+    let (latency_ms, plan_ms) = (all(|f| f.latency_ms), all(|f| Some(f.plan_ms)));
+    row.latency_ms_p50 = percentile(&latency_ms, 0.5);
+    row.latency_ms_p99 = percentile(&latency_ms, 0.99);
+    row.live_plan_ms_p50 = percentile(&plan_ms, 0.5);
+    row.live_plan_ms_p99 = percentile(&plan_ms, 0.99);
+    row.live_plan_ms_max = plan_ms.last().copied();
+    let measured = |value: f64| (errors.samples() > 0).then(|| tidy(value));
+    row.live_error_px_max = measured(errors.max_px().into());
+    row.live_error_px_p99 = measured(errors.percentile_px(0.99).into());
+    row.live_error_px_rms = measured(errors.rms_px());
+    row.live_over_tolerance_share = measured(errors.over_share(tolerance));
+    row.live_cracks = Some(frames.iter().map(|f| f.cracks).sum());
+    row.late_frames = Some(frames.iter().filter(|f| f.late).count() as u64);
+}
+
 fn fill_speed(row: &mut SummaryRow, frames: &[SpeedFrame]) {
     let counted: Vec<&SpeedFrame> = frames.iter().filter(|f| !f.warm_up).collect();
-    let sorted = |time: fn(&SpeedFrame) -> Option<f64>| {
-        let mut times: Vec<f64> = counted.iter().filter_map(|f| time(f)).collect();
-        times.sort_by(f64::total_cmp);
-        times
-    };
+    let sorted = |time: fn(&SpeedFrame) -> Option<f64>| sorted(counted.iter().filter_map(|f| time(f)));
     let frame_ms = sorted(|f| f.frame_ms);
     let plan_ms = sorted(|f| Some(f.plan_ms));
     if !frame_ms.is_empty() {
@@ -165,16 +202,17 @@ fn fill_speed(row: &mut SummaryRow, frames: &[SpeedFrame]) {
     row.frame_ms_max = frame_ms.last().copied();
     row.plan_ms_p50 = percentile(&plan_ms, 0.5);
     row.plan_ms_p99 = percentile(&plan_ms, 0.99);
-    let stale = counted.iter().filter(|f| f.stale_patches > 0).count();
-    row.stale_frames_share = (!counted.is_empty()).then(|| tidy(stale as f64 / counted.len() as f64));
-    let latency_ms = sorted(|f| f.latency_ms);
-    row.latency_ms_p50 = percentile(&latency_ms, 0.5);
-    row.latency_ms_p99 = percentile(&latency_ms, 0.99);
     row.encode_ms_p50 = percentile(&sorted(|f| f.encode_ms), 0.5);
     row.gpu_ms_p50 = percentile(&sorted(|f| f.gpu_ms), 0.5);
     row.cpu_ms_mean = mean_of(&sorted(|f| f.frame_ms.map(|_| f.cpu_ms)));
     // Counts are counts, also while warming up: so they compare with the plan's draws.
     row.draw_calls_mean = mean_of(&frames.iter().filter_map(|f| f.draw_calls.map(f64::from)).collect::<Vec<_>>());
+}
+
+fn sorted(numbers: impl Iterator<Item = f64>) -> Vec<f64> {
+    let mut numbers: Vec<f64> = numbers.collect();
+    numbers.sort_by(f64::total_cmp);
+    numbers
 }
 
 fn mean(frames: &[ErrorFrame], count: fn(&ErrorFrame) -> u64) -> Option<f64> {
@@ -214,8 +252,6 @@ mod tests {
             update_ms: 0.0,
             select_ms: 0.0,
             triangulate_ms: 0.0,
-            stale_patches: 0,
-            latency_ms: None,
             upload_ms: None,
             encode_ms: None,
             submit_ms: None,

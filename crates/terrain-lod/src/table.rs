@@ -7,7 +7,7 @@ use crate::summary::SummaryRow;
 /// Heading, alignment to the right, and content of a column.
 type Column = (&'static str, bool, fn(&SummaryRow) -> String);
 
-/// What was asked for (`tolerance px`) stands beside what came out (`error max px` and the rest).
+/// What every run has. What was asked for (`tolerance px`) stands beside what came out (`error max px` and the rest).
 const COLUMNS: [Column; 17] = [
     ("method", false, |r| r.method.clone()),
     ("setting", false, |r| r.setting.clone()),
@@ -15,8 +15,8 @@ const COLUMNS: [Column; 17] = [
     ("error max px", true, |r| number(r.error_px_max, 2)),
     ("error P99 px", true, |r| number(r.error_px_p99, 2)),
     ("error RMS px", true, |r| number(r.error_px_rms, 3)),
-    ("over tolerance %", true, |r| number(r.over_tolerance_share.map(|s| s * 100.0), 2)),
-    ("cracks", true, |r| r.cracks.map_or_else(String::new, |c| c.to_string())),
+    ("over tolerance %", true, |r| percent(r.over_tolerance_share)),
+    ("cracks", true, |r| count(r.cracks)),
     ("triangles", true, |r| number(r.triangles_mean, 0)),
     ("draws", true, |r| number(r.draws_mean, 0)),
     ("draw calls", true, |r| number(r.draw_calls_mean, 0)),
@@ -28,26 +28,50 @@ const COLUMNS: [Column; 17] = [
     ("fps", true, |r| number(r.fps_mean, 1)),
 ];
 
+/// What live runs have besides.
+const LIVE_COLUMNS: [Column; 16] = [
+    ("method", false, |r| r.method.clone()),
+    ("setting", false, |r| r.setting.clone()),
+    ("tolerance px", true, |r| r.tolerance_px.to_string()),
+    ("live error max px", true, |r| number(r.live_error_px_max, 2)),
+    ("P99 px", true, |r| number(r.live_error_px_p99, 2)),
+    ("RMS px", true, |r| number(r.live_error_px_rms, 3)),
+    ("over tolerance %", true, |r| percent(r.live_over_tolerance_share)),
+    ("cracks", true, |r| count(r.live_cracks)),
+    ("stale frames %", true, |r| percent(r.stale_frames_share)),
+    ("stale patches", true, |r| number(r.stale_patches_mean, 1)),
+    ("latency P50 ms", true, |r| number(r.latency_ms_p50, 1)),
+    ("latency P99 ms", true, |r| number(r.latency_ms_p99, 1)),
+    ("plan P50 ms", true, |r| number(r.live_plan_ms_p50, 2)),
+    ("plan P99 ms", true, |r| number(r.live_plan_ms_p99, 2)),
+    ("plan max ms", true, |r| number(r.live_plan_ms_max, 2)),
+    ("late frames", true, |r| count(r.late_frames)),
+];
+
 fn number(value: Option<f64>, decimals: usize) -> String {
     value.map_or_else(String::new, |v| format!("{v:.decimals$}"))
 }
 
-/// The table, with a line on what was flown where, and a line for each run that failed.
+fn percent(share: Option<f64>) -> String {
+    number(share.map(|s| s * 100.0), 2)
+}
+
+fn count(value: Option<u64>) -> String {
+    value.map_or_else(String::new, |count| count.to_string())
+}
+
+/// The table, with a line on what was flown where, and a line for each run that failed. Live runs have a second table.
 pub fn markdown(rows: &[&SummaryRow]) -> String {
     let mut text = String::new();
     if let Some(row) = rows.first() {
         let _ = writeln!(text, "{}\n", caption(row));
     }
-    let cells: Vec<Vec<String>> = rows.iter().map(|row| COLUMNS.iter().map(|column| column.2(row)).collect()).collect();
-    let width = |i: usize| cells.iter().map(|row| row[i].len()).max().unwrap_or(0).max(COLUMNS[i].0.len());
-    let widths: Vec<usize> = (0..COLUMNS.len()).map(width).collect();
-    let headings = COLUMNS.map(|column| column.0.to_string());
-    let _ = writeln!(text, "{}", line(&headings, &widths));
-    let rules =
-        COLUMNS.iter().zip(&widths).map(|(c, w)| if c.1 { format!("{:->w$}:", "", w = w - 1) } else { "-".repeat(*w) });
-    let _ = writeln!(text, "| {} |", rules.collect::<Vec<_>>().join(" | "));
-    for row in &cells {
-        let _ = writeln!(text, "{}", line(row, &widths));
+    text += &table(&COLUMNS, rows);
+    let live: Vec<&SummaryRow> = rows.iter().copied().filter(|row| row.live_fps.is_some()).collect();
+    if let Some(row) = live.first() {
+        let fps = number(row.live_fps, 1);
+        let _ = writeln!(text, "\nLive, in the flight's own time at {fps} frames a second, nothing drawn:\n");
+        text += &table(&LIVE_COLUMNS, &live);
     }
     for row in rows.iter().filter(|row| !row.err.is_empty()) {
         let _ = writeln!(text, "\n{} ({}, {} px) failed: {}", row.method, row.setting, row.tolerance_px, row.err);
@@ -55,8 +79,23 @@ pub fn markdown(rows: &[&SummaryRow]) -> String {
     text
 }
 
-fn line(cells: &[String], widths: &[usize]) -> String {
-    let padded = cells.iter().zip(widths).zip(COLUMNS).map(|((cell, w), column)| match column.1 {
+fn table(columns: &[Column], rows: &[&SummaryRow]) -> String {
+    let cells: Vec<Vec<String>> = rows.iter().map(|row| columns.iter().map(|column| column.2(row)).collect()).collect();
+    let width = |i: usize| cells.iter().map(|row| row[i].len()).max().unwrap_or(0).max(columns[i].0.len());
+    let widths: Vec<usize> = (0..columns.len()).map(width).collect();
+    let headings: Vec<String> = columns.iter().map(|column| column.0.to_string()).collect();
+    let rules =
+        columns.iter().zip(&widths).map(|(c, w)| if c.1 { format!("{:->w$}:", "", w = w - 1) } else { "-".repeat(*w) });
+    let mut text = line(columns, &headings, &widths) + "\n";
+    let _ = writeln!(text, "| {} |", rules.collect::<Vec<_>>().join(" | "));
+    for row in &cells {
+        let _ = writeln!(text, "{}", line(columns, row, &widths));
+    }
+    text
+}
+
+fn line(columns: &[Column], cells: &[String], widths: &[usize]) -> String {
+    let padded = cells.iter().zip(widths).zip(columns).map(|((cell, w), column)| match column.1 {
         true => format!("{cell:>w$}"),
         false => format!("{cell:<w$}"),
     });

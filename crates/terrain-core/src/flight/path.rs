@@ -17,6 +17,7 @@ const ROUNDING_M: f64 = 1e-6;
 pub struct FlightPath {
     cameras: Vec<Camera>,
     fov_y: f64,
+    step_s: f64,
 }
 
 impl FlightPath {
@@ -35,7 +36,8 @@ impl FlightPath {
         }
         let track = Track::new(flight, heightmap);
         let cameras = (0..frames).map(|frame| track.camera(Moment::of(flight, frame, frames)));
-        Ok(Self { cameras: cameras.collect::<Result<_, _>>()?, fov_y: flight.fov_y })
+        let step_s = flight.duration_s() / (frames - 1).max(1) as f64;
+        Ok(Self { cameras: cameras.collect::<Result<_, _>>()?, fov_y: flight.fov_y, step_s })
     }
 
     /// Number of frames, at least 1.
@@ -56,6 +58,11 @@ impl FlightPath {
     /// Vertical field of view in radians.
     pub fn fov_y(&self) -> f64 {
         self.fov_y
+    }
+
+    /// Seconds of the flight from one frame to the next, above 0; the whole flight where it has one frame.
+    pub fn step_s(&self) -> f64 {
+        self.step_s
     }
 
     /// The view at a frame for a picture of that width and height in pixels; refuses an empty picture.

@@ -79,6 +79,7 @@ fn frames_pass_the_keys_at_their_times() {
     let flight = world_flight(&keys);
     assert_eq!(flight.default_frames(), 181);
     let path = FlightPath::new(&flight, &flat(), 31).unwrap();
+    assert_eq!(path.step_s(), 0.1);
     for (frame, (_, place)) in [0, 10, 30].into_iter().zip(keys) {
         assert!(path.camera(frame).eye_world.distance(DVec3::from(place)) < 1e-9);
     }
@@ -87,7 +88,7 @@ fn frames_pass_the_keys_at_their_times() {
 #[test]
 fn one_frame_is_the_start() {
     let path = FlightPath::new(&world_flight(&[(0.0, [10.0; 3]), (1.0, [20.0; 3])]), &flat(), 1).unwrap();
-    assert_eq!((path.len(), path.camera(0).eye_world), (1, DVec3::splat(10.0)));
+    assert_eq!((path.len(), path.camera(0).eye_world, path.step_s()), (1, DVec3::splat(10.0), 1.0));
 }
 
 #[test]
