@@ -7,9 +7,10 @@ use terrain_dem::ReadOptions;
 
 /// A DEM that lies beside the project on some machines; without it the test says so and goes on.
 pub fn shared(name: &str) -> Option<Heightmap> {
-    let spacing_m = match name {
-        "ps_1025" | "ps_257_crop_rainier" => 160.0,
-        _ => 30.0,
+    let (spacing_m, offset_m) = match name.split('_').next() {
+        Some("ps") => (160.0, 0.0),
+        Some("deathvalley") => (80.0, -110.0),
+        _ => (30.0, 0.0),
     };
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/dem");
     let path = folder.join(name).with_extension("png");
@@ -17,7 +18,12 @@ pub fn shared(name: &str) -> Option<Heightmap> {
         eprintln!("skipped: {} is not on this machine", path.display());
         return None;
     }
-    let options = ReadOptions { spacing_m: Some([spacing_m; 2]), scale: Some(0.1), ..Default::default() };
+    let options = ReadOptions {
+        spacing_m: Some([spacing_m; 2]),
+        scale: Some(0.1),
+        offset_m: Some(offset_m),
+        ..Default::default()
+    };
     Some(terrain_dem::read(&path, &options).unwrap().heightmap.as_ref().clone())
 }
 
