@@ -98,11 +98,10 @@ pub fn select_interior(
         let heights = row_heights(heightmap, area, row);
         let of_row = &heights[inner.clone()];
         let mut kept = if row.is_multiple_of(max_spacing) { lattice & all } else { 0 };
-        kept |= differing(of_row, heights, tolerance_m) << 1;
-        kept |= differing(of_row, &above[inner.clone()], tolerance_m) << 1;
+        kept |= differing(of_row, [heights, &above[inner.clone()]], tolerance_m) << 1;
         if kept != all {
             before.closest_heights_m(row, &mut closest_m[..of_row.len()]);
-            kept |= differing(of_row, &closest_m, tolerance_m) << 1;
+            kept |= differing(of_row, [&closest_m], tolerance_m) << 1;
         }
         let [west, east] = [border.west, border.east].map(|side| side >> row & 1);
         let kept = with_last_kept(heights, west == 1, kept, tolerance_m);
@@ -116,12 +115,13 @@ fn differs(a_m: f32, b_m: f32, tolerance_m: f64) -> bool {
     (a_m as f64 - b_m as f64).abs() > tolerance_m
 }
 
-/// Bit `i` where the `i`-th heights of both rows differ; up to the end of the shorter one.
-fn differing(a_m: &[f32], b_m: &[f32], tolerance_m: f64) -> Mask {
+/// Bit `i` where the `i`-th height differs from any of the `i`-th heights of the others, which are no shorter.
+fn differing<const N: usize>(heights_m: &[f32], others_m: [&[f32]; N], tolerance_m: f64) -> Mask {
+    let others_m = others_m.map(|other_m| &other_m[..heights_m.len()]);
     let mut found = [0u8; 64];
     // A byte a comparison, which the compiler does many of at once; then the lowest bit of each byte.
-    for (found, (a, b)) in found.iter_mut().zip(a_m.iter().zip(b_m)) {
-        *found = differs(*a, *b, tolerance_m) as u8;
+    for (i, (found, height_m)) in found.iter_mut().zip(heights_m).enumerate() {
+        *found = others_m.iter().fold(0, |any, other_m| any | differs(*height_m, other_m[i], tolerance_m) as u8);
     }
     let eight_bits = |bytes: &[u8; 8]| u64::from_le_bytes(*bytes).wrapping_mul(0x0102_0408_1020_4080) >> 56;
     found.as_chunks().0.iter().rev().fold(0, |mask, bytes| mask << 8 | eight_bits(bytes))

@@ -52,11 +52,11 @@ impl Span {
         self.numerator * other.denominator < other.numerator * self.denominator
     }
 
-    /// Whether a column lies in this span or further east. Of two samples as close the one fewer columns away counts
-    /// (so the one more rows up), then the western one.
-    fn begins_by(&self, column: i32, west: &Span) -> bool {
+    /// The first column of the span, or 1 if that is further west. Of two samples as close the one fewer columns away
+    /// counts (so the one more rows up), then the western one.
+    fn first_column(&self, west: &Span) -> i32 {
         let equal_counts = (self.rows_up > west.rows_up) as i32;
-        self.numerator < column * self.denominator + equal_counts
+        (self.numerator - equal_counts).max(0) / self.denominator + 1
     }
 }
 
@@ -78,14 +78,16 @@ impl KeptBefore {
 
     /// Heights of the samples that are closest to the inner columns of a row, the first one to column 1.
     pub fn closest_heights_m(&mut self, row: u32, heights_m: &mut [f32]) {
+        let columns = heights_m.len() as i32;
         let spans = self.find_spans(row);
-        let mut at = 0;
-        for (column, height_m) in (1..).zip(heights_m) {
-            while at + 1 < spans.len() && spans[at + 1].begins_by(column, &spans[at]) {
-                at += 1;
-            }
-            *height_m = spans[at].height_m;
+        let mut begin = 0;
+        for two in spans.windows(2) {
+            // Column 1 is the first of the slice.
+            let end = (two[1].first_column(&two[0]) - 1).clamp(begin, columns);
+            heights_m[begin as usize..end as usize].fill(two[0].height_m);
+            begin = end;
         }
+        heights_m[begin as usize..].fill(spans[spans.len() - 1].height_m);
     }
 
     /// The spans of a row, from west to east. Forgets the samples that have none.
