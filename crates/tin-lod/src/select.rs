@@ -93,15 +93,13 @@ pub fn select_interior(
     let lattice = lattice_bits(max_spacing);
     let mut above = row_heights(heightmap, area, 0);
     let mut before = KeptBefore::new(area.width, border.north, above);
-    let mut closest_m = [0.0; 63];
     for row in 1..area.depth {
         let heights = row_heights(heightmap, area, row);
         let of_row = &heights[inner.clone()];
         let mut kept = if row.is_multiple_of(max_spacing) { lattice & all } else { 0 };
         kept |= differing(of_row, [heights, &above[inner.clone()]], tolerance_m) << 1;
         if kept != all {
-            before.closest_heights_m(row, &mut closest_m[..of_row.len()]);
-            kept |= differing(of_row, [&closest_m], tolerance_m) << 1;
+            kept |= differing(of_row, [&before.closest_heights_m(row)[1..]], tolerance_m) << 1;
         }
         let [west, east] = [border.west, border.east].map(|side| side >> row & 1);
         let kept = with_last_kept(heights, west == 1, kept, tolerance_m);
@@ -131,10 +129,10 @@ fn differing<const N: usize>(heights_m: &[f32], others_m: [&[f32]; N], tolerance
 fn with_last_kept(heights_m: &[f32], west: bool, mut kept: Mask, tolerance_m: f64) -> Mask {
     // Nothing differs from a NaN.
     let mut last_m = if west { heights_m[0] } else { f32::NAN };
-    for (column, height_m) in heights_m.iter().enumerate().take(heights_m.len() - 1).skip(1) {
-        if kept >> column & 1 == 1 || differs(last_m, *height_m, tolerance_m) {
+    for (column, height_m) in (1..).zip(heights_m[1..heights_m.len() - 1].iter().copied()) {
+        if kept >> column & 1 == 1 || differs(last_m, height_m, tolerance_m) {
             kept |= 1 << column;
-            last_m = *height_m;
+            last_m = height_m;
         }
     }
     kept
