@@ -8,6 +8,7 @@
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
+use cpu_time::ThreadTime;
 use serde::Serialize;
 use terrain_core::error::ErrorDistribution;
 use terrain_core::{FramePlan, LodMethod, View, WorkReport};
@@ -30,6 +31,8 @@ pub struct LiveFrame {
     pub repeat: u32,
     pub frame: u32,
     pub plan_ms: f64,
+    /// CPU time of the same on its own thread: what is left of `plan_ms` where no other thread takes the core away.
+    pub plan_cpu_ms: f64,
     /// Whether the plan was not there when the next frame was due.
     pub late: bool,
     /// Patches drawn for an older view.
@@ -63,6 +66,7 @@ struct Flown {
     view: View,
     plan: FramePlan,
     plan_time: Duration,
+    plan_cpu_time: Duration,
     late: bool,
 }
 
@@ -143,10 +147,11 @@ fn fly_in_time(bench: &Bench, method: &mut dyn LodMethod) -> Result<Vec<Flown>, 
         interrupt::check()?;
         let (view, due) = (bench.view(frame)?, start + step * frame);
         sleep(due.saturating_duration_since(Instant::now()));
-        let asked = Instant::now();
+        let (cpu, asked) = (ThreadTime::now(), Instant::now());
         method.plan(&view, &mut plan);
-        let done = Instant::now();
-        flown.push(Flown { view, plan: plan.clone(), plan_time: done - asked, late: done > due + step });
+        let (done, plan_cpu_time) = (Instant::now(), cpu.elapsed());
+        let (plan_time, late) = (done - asked, done > due + step);
+        flown.push(Flown { view, plan: plan.clone(), plan_time, plan_cpu_time, late });
     }
     Ok(flown)
 }
@@ -157,6 +162,7 @@ fn live_frame(repeat: u32, flown: &Flown, judged: ErrorFrame) -> LiveFrame {
         repeat,
         frame: judged.frame,
         plan_ms: ms(flown.plan_time),
+        plan_cpu_ms: ms(flown.plan_cpu_time),
         late: flown.late,
         stale_patches: flown.plan.stale_patches,
         latency_ms: flown.plan.work.iter().map(latency).max().map(ms),

@@ -75,6 +75,9 @@ pub struct SummaryRow {
     pub live_plan_ms_p50: Option<f64>,
     pub live_plan_ms_p99: Option<f64>,
     pub live_plan_ms_max: Option<f64>,
+    /// CPU time of the same on its own thread.
+    pub live_plan_cpu_ms_p99: Option<f64>,
+    pub live_plan_cpu_ms_max: Option<f64>,
     pub live_error_px_max: Option<f64>,
     pub live_error_px_p99: Option<f64>,
     pub live_error_px_rms: Option<f64>,
@@ -179,6 +182,9 @@ fn fill_live(row: &mut SummaryRow, bench: &Bench, flight: &LiveFlight, tolerance
     row.live_plan_ms_p50 = percentile(&plan_ms, 0.5);
     row.live_plan_ms_p99 = percentile(&plan_ms, 0.99);
     row.live_plan_ms_max = plan_ms.last().copied();
+    let plan_cpu_ms = all(|f| Some(f.plan_cpu_ms));
+    row.live_plan_cpu_ms_p99 = percentile(&plan_cpu_ms, 0.99);
+    row.live_plan_cpu_ms_max = plan_cpu_ms.last().copied();
     let measured = |value: f64| (errors.samples() > 0).then(|| tidy(value));
     row.live_error_px_max = measured(errors.max_px().into());
     row.live_error_px_p99 = measured(errors.percentile_px(0.99).into());

@@ -29,7 +29,7 @@ const COLUMNS: [Column; 17] = [
 ];
 
 /// What live runs have besides.
-const LIVE_COLUMNS: [Column; 16] = [
+const LIVE_COLUMNS: [Column; 17] = [
     ("method", false, |r| r.method.clone()),
     ("setting", false, |r| r.setting.clone()),
     ("tolerance px", true, |r| r.tolerance_px.to_string()),
@@ -45,6 +45,7 @@ const LIVE_COLUMNS: [Column; 16] = [
     ("plan P50 ms", true, |r| number(r.live_plan_ms_p50, 2)),
     ("plan P99 ms", true, |r| number(r.live_plan_ms_p99, 2)),
     ("plan max ms", true, |r| number(r.live_plan_ms_max, 2)),
+    ("plan CPU max ms", true, |r| number(r.live_plan_cpu_ms_max, 2)),
     ("late frames", true, |r| count(r.late_frames)),
 ];
 

@@ -201,7 +201,8 @@ fn triangulate(whole: &WholeDem, patch: PatchId, tolerance_m: f64, edges: &[Mask
     let (area, dem) = (whole.grid.area(patch), &whole.dem);
     let [north, south, west, east] = whole.grid.edges_of(patch).all().map(|edge| edges[edge as usize]);
     let border = Border { north, south, west, east };
-    let interior = select_interior(dem, area, border, tolerance_m, MAX_SPACING);
+    let mut interior = Vec::new();
+    select_interior(dem, area, border, tolerance_m, MAX_SPACING, &mut interior);
     let kept = KeptSamples {
         width: area.width,
         depth: area.depth,

@@ -1,13 +1,16 @@
 //! The live schedule under random delays of the worker: every frame is whole, whatever has finished.
 
+use std::ops::Range;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
 use terrain_core::walk::RandomWalk;
-use terrain_core::{FramePlan, Heightmap, LodMethod, SplitMix64, contract};
+use terrain_core::{BufferSizes, FramePlan, Heightmap, LodMethod, SplitMix64, Upload, View, WorkReport, contract};
 use terrain_dem::synthetic;
 
+use crate::mesh::Update;
+use crate::worker::HandOver;
 use crate::{EdgePolicy, IndexStore, Options, Schedule, Selector, Tin};
 
 /// Up to 2 ms, by lot; often none.
@@ -19,24 +22,140 @@ fn random_delay() {
     }
 }
 
-fn live(dem: &Arc<Heightmap>, options: Options) -> Tin {
-    Tin::with_delays(dem.clone(), Options { schedule: Schedule::Live, ..options }, random_delay).unwrap()
+fn with_delays(update: Update, pass_on: &mut dyn FnMut(Update)) {
+    random_delay();
+    pass_on(update);
 }
 
-#[test]
-fn every_frame_is_whole_with_updates_half_done() {
-    let dem = Arc::new(synthetic::generate(150, 131, 4));
-    let (matched, paper) = (EdgePolicy::Matched, EdgePolicy::Paper);
-    let (algorithm1, bounded) = (Selector::Algorithm1, Selector::Bounded);
-    let cases = [(1, matched, algorithm1), (2, paper, algorithm1), (8, matched, algorithm1), (2, matched, bounded)];
-    for (threads, edge_policy, selector) in cases {
-        let options = Options { patch: 8, threads, edge_policy, selector, ..Default::default() };
-        contract::check_live(&dem, Box::new(live(&dem, options)), threads as u64, 1_000);
+fn live(dem: &Arc<Heightmap>, options: Options) -> Tin {
+    live_with(dem, options, with_delays)
+}
+
+fn live_with(dem: &Arc<Heightmap>, options: Options, hand_over: HandOver) -> Tin {
+    Tin::with_hand_over(dem.clone(), Options { schedule: Schedule::Live, ..options }, hand_over).unwrap()
+}
+
+/// A method with something around its plans.
+struct Around<F> {
+    tin: Tin,
+    plan: F,
+}
+
+impl<F: FnMut(&mut Tin, &View, &mut FramePlan) + Send> LodMethod for Around<F> {
+    fn name(&self) -> &'static str {
+        self.tin.name()
+    }
+
+    fn buffers(&self) -> BufferSizes {
+        self.tin.buffers()
+    }
+
+    fn set_culling(&mut self, culling: bool) {
+        self.tin.set_culling(culling);
+    }
+
+    fn plan(&mut self, view: &View, plan: &mut FramePlan) {
+        (self.plan)(&mut self.tin, view, plan);
     }
 }
 
+/// Frames that take about as long as updates do, so that all ways to meet come up. Counts those that draw some of the
+/// updates for their view, and not all.
+fn paced(tin: Tin, half_done: Arc<AtomicU64>) -> Box<dyn LodMethod> {
+    let plan = move |tin: &mut Tin, view: &View, plan: &mut FramePlan| {
+        random_delay();
+        tin.plan(view, plan);
+        let is_half_done = !plan.uploads.is_empty() && plan.stale_patches > 0;
+        half_done.fetch_add(is_half_done.into(), Ordering::Relaxed);
+    };
+    Box::new(Around { tin, plan })
+}
+
+/// 20,250 frames in all, in three tests that run side by side: both selectors, and both edge policies where the selector
+/// has them, over DEMs of different shapes. One frame in 20 teleports.
+fn every_frame_is_whole(threads: usize) {
+    let (matched, paper) = (EdgePolicy::Matched, EdgePolicy::Paper);
+    let cases = [
+        (97, 81, 8, matched, Selector::Algorithm1),
+        (75, 110, 8, paper, Selector::Algorithm1),
+        (120, 70, 16, matched, Selector::Bounded),
+    ];
+    for (columns, rows, patch, edge_policy, selector) in cases {
+        let dem = Arc::new(synthetic::generate(columns, rows, threads as u64));
+        let options = Options { patch, threads, edge_policy, selector, ..Default::default() };
+        let (seed, half_done) = (10 * patch as u64 + threads as u64, Arc::default());
+        contract::check_live(&dem, paced(live(&dem, options), Arc::clone(&half_done)), seed, 2_250);
+        let half_done = half_done.load(Ordering::Relaxed);
+        assert!(half_done > 0, "a worker that never is half done proves nothing: {options:?}");
+    }
+}
+
+#[test]
+fn every_frame_is_whole_with_updates_half_done_on_1_thread() {
+    every_frame_is_whole(1);
+}
+
+#[test]
+fn every_frame_is_whole_with_updates_half_done_on_2_threads() {
+    every_frame_is_whole(2);
+}
+
+#[test]
+fn every_frame_is_whole_with_updates_half_done_on_8_threads() {
+    every_frame_is_whole(8);
+}
+
+/// Small patches over a small DEM: most updates change edges.
+fn check_a_mutant(mutant: impl Fn(&Arc<Heightmap>, Options) -> Box<dyn LodMethod>) {
+    let dem = Arc::new(synthetic::generate(97, 81, 3));
+    let options = Options { patch: 8, threads: 2, selector: Selector::Algorithm1, ..Default::default() };
+    contract::check_live(&dem, mutant(&dem, options), 5, 2_000);
+}
+
+/// A mutant: patches of one update, every second of them later than the others.
+fn in_two_halves(update: Update, pass_on: &mut dyn FnMut(Update)) {
+    let (even, odd) = update.triangulated.into_iter().partition(|made| made.patch % 2 == 0);
+    pass_on(Update { triangulated: even, report: WorkReport::default() });
+    std::thread::sleep(Duration::from_millis(5));
+    pass_on(Update { triangulated: odd, report: update.report });
+}
+
+#[test]
+#[should_panic(expected = "tin, live, seed 5")]
+fn the_contract_notices_an_update_in_two_halves() {
+    check_a_mutant(|dem, options| Box::new(live_with(dem, options, in_two_halves)));
+}
+
+/// A mutant: the second half of the bytes of each write comes a frame late, but for the first frame's.
+fn half_written(tin: Tin) -> Box<dyn LodMethod> {
+    let (mut whole, mut late, mut is_first) = (FramePlan::default(), FramePlan::default(), true);
+    let write = |to: &mut FramePlan, from: &FramePlan, upload: &Upload, bytes: Range<usize>| {
+        to.upload(upload.buffer, upload.offset + bytes.start as u64, &from.bytes_of(upload)[bytes]);
+    };
+    let plan = move |tin: &mut Tin, view: &View, plan: &mut FramePlan| {
+        tin.plan(view, &mut whole);
+        plan.clone_from(&whole);
+        if std::mem::replace(&mut is_first, false) {
+            return;
+        }
+        (plan.uploads, plan.bytes) = (std::mem::take(&mut late.uploads), std::mem::take(&mut late.bytes));
+        for upload in &whole.uploads {
+            let (half, all) = (upload.bytes.len() / 8 * 4, upload.bytes.len());
+            write(plan, &whole, upload, 0..half);
+            write(&mut late, &whole, upload, half..all);
+        }
+    };
+    Box::new(Around { tin, plan })
+}
+
+#[test]
+#[should_panic(expected = "tin, live, seed 5")]
+fn the_contract_notices_a_region_half_written() {
+    check_a_mutant(|dem, options| half_written(live(dem, options)));
+}
+
 /// Plans the same view until nothing is stale.
-fn settle(tin: &mut Tin, view: &terrain_core::View, plan: &mut FramePlan) {
+fn settle(tin: &mut Tin, view: &View, plan: &mut FramePlan) {
     let start = Instant::now();
     tin.plan(view, plan);
     while plan.stale_patches > 0 {

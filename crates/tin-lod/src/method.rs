@@ -1,7 +1,6 @@
 //! The method as the renderer sees it: a static vertex buffer, and for each patch a room in the index buffer.
 
 use std::sync::Arc;
-use std::time::Instant;
 
 use terrain_core::{
     Aabb, BakedVertex, Buffer, BufferSizes, Draw, FramePlan, Growth, Heightmap, IndexFormat, LodMethod, PatchTag,
@@ -14,7 +13,7 @@ use crate::mesh::{Mesh, Update, is_outdated};
 use crate::options::{IndexStore, Options, Schedule, TinError};
 use crate::patches::{PatchGrid, PatchId};
 use crate::vertices::VertexStrips;
-use crate::worker::{Finished, Worker, Workshop};
+use crate::worker::{HandOver, Worker, Workshop};
 
 /// View-dependent irregular mesh over a DEM in memory.
 pub struct Tin {
@@ -47,14 +46,14 @@ enum Updates {
 impl Tin {
     /// Prepares the patches of a DEM and their coarsest triangulation.
     pub fn new(heightmap: Arc<Heightmap>, options: Options) -> Result<Self, TinError> {
-        Self::with_delays(heightmap, options, || {})
+        Self::with_hand_over(heightmap, options, |update, pass_on| pass_on(update))
     }
 
-    /// As [`Tin::new`], with something that the worker does before it hands an update over.
-    pub(crate) fn with_delays(
+    /// As [`Tin::new`], with another way for the worker to hand its updates over.
+    pub(crate) fn with_hand_over(
         heightmap: Arc<Heightmap>,
         options: Options,
-        before_hand_over: fn(),
+        hand_over: HandOver,
     ) -> Result<Self, TinError> {
         options.validate()?;
         let fault =
@@ -72,7 +71,7 @@ impl Tin {
             Schedule::Blocking => Updates::InPlan { mesh, pool },
             Schedule::Live => {
                 let (heightmap, tree) = (heightmap.clone(), tree.clone());
-                let workshop = Workshop { heightmap, options, pool, tree, mesh, before_hand_over };
+                let workshop = Workshop { heightmap, options, pool, tree, mesh, hand_over };
                 let worker = Worker::start(workshop).map_err(|error| fault(&error))?;
                 Updates::Behind(worker)
             }
@@ -114,13 +113,7 @@ impl Tin {
             }
             Updates::Behind(worker) => {
                 worker.show(view, self.culling);
-                let now = Instant::now();
-                let arrived = |finished: Finished| {
-                    let mut update = finished.update;
-                    update.report.latency = now - finished.asked;
-                    update
-                };
-                worker.finished().map(arrived).collect()
+                worker.finished()
             }
         };
         updates.into_iter().for_each(|update| self.map_to_index_buffer(update, plan));

@@ -8,7 +8,8 @@
 //! ```
 //!
 //! Neither waits for the other, but for the worker when the channel is full. A view that is newer than the one that is
-//! being worked on makes the rest of that work void.
+//! being worked on makes the rest of that work void. A plan takes so many updates and no more: a frame that was long, or
+//! a camera that jumped, does not make the next plan long.
 
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::sync::{Arc, Condvar, Mutex, PoisonError};
@@ -27,6 +28,10 @@ const PATCHES_AN_UPDATE: usize = 16;
 /// Updates that may wait to be drawn.
 const UPDATES_WAITING: usize = 64;
 
+/// A plan takes no further update once it has taken so many triangles: 1.5 MB of indices, copied in less than a
+/// millisecond. At 60 frames a second that is more than two threads can make.
+const TRIANGLES_A_PLAN: u64 = 1 << 17;
+
 /// The main thread's end.
 pub(crate) struct Worker {
     /// What was shown last: an unchanged view is not shown again.
@@ -37,9 +42,9 @@ pub(crate) struct Worker {
 }
 
 /// An update, and when the view was asked for that it is made for.
-pub(crate) struct Finished {
-    pub update: Update,
-    pub asked: Instant,
+struct Finished {
+    update: Update,
+    asked: Instant,
 }
 
 /// The newest view, or the end.
@@ -70,9 +75,11 @@ pub(crate) struct Workshop {
     pub pool: rayon::ThreadPool,
     pub tree: Arc<PatchTree>,
     pub mesh: Mesh,
-    /// Called before each update is handed over: tests delay the worker with it.
-    pub before_hand_over: fn(),
+    pub hand_over: HandOver,
 }
+
+/// Passes an update on to be drawn: as it is, and at once. Tests delay it, or take it apart.
+pub(crate) type HandOver = fn(Update, &mut dyn FnMut(Update));
 
 impl Worker {
     pub fn start(workshop: Workshop) -> std::io::Result<Self> {
@@ -94,9 +101,17 @@ impl Worker {
         }
     }
 
-    /// The updates that have finished since the last call.
-    pub fn finished(&self) -> impl Iterator<Item = Finished> {
-        self.finished.try_iter()
+    /// Updates that have finished, in order, each whole. What is beyond [`TRIANGLES_A_PLAN`] waits for the next plan.
+    pub fn finished(&self) -> Vec<Update> {
+        let (now, mut updates, mut triangles) = (Instant::now(), Vec::new(), 0);
+        while triangles < TRIANGLES_A_PLAN
+            && let Ok(Finished { mut update, asked }) = self.finished.try_recv()
+        {
+            update.report.latency = now - asked;
+            triangles += update.report.triangles;
+            updates.push(update);
+        }
+        updates
     }
 }
 
@@ -149,7 +164,7 @@ impl Workshop {
 
     /// Brings the patches in view up to date until that is done or a newer view waits; `None` when nobody listens.
     fn follow(&mut self, asked: &Asked, inbox: &Inbox, finished: &SyncSender<Finished>) -> Option<()> {
-        let Self { heightmap, options, pool, tree, mesh, before_hand_over } = self;
+        let Self { heightmap, options, pool, tree, mesh, hand_over } = self;
         let mut visible = Vec::new();
         tree.visible(&asked.view, asked.culling, &mut visible);
         let outdated = mesh.outdated(options, &asked.view, &visible);
@@ -160,12 +175,34 @@ impl Workshop {
         };
         for patches in outdated.chunks(few) {
             let update = pool.install(|| mesh.update(heightmap, options, &asked.view, patches));
-            before_hand_over();
-            finished.send(Finished { update, asked: asked.at }).ok()?;
+            let mut sent = Ok(());
+            hand_over(update, &mut |update| sent = finished.send(Finished { update, asked: asked.at }));
+            sent.ok()?;
             if inbox.is_waiting() {
                 break;
             }
         }
         Some(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use terrain_core::WorkReport;
+
+    /// After a long frame there is a queue: it must not become one long plan.
+    #[test]
+    fn a_plan_takes_a_bounded_number_of_triangles_and_the_next_ones_take_the_rest_in_order() {
+        let (sender, finished) = sync_channel(UPDATES_WAITING);
+        let worker = Worker { shown: None, inbox: Arc::default(), finished, thread: None };
+        let half = TRIANGLES_A_PLAN / 2;
+        for triangles in [half, half - 1, 3, half, 5 * half, 7] {
+            let report = WorkReport { triangles, ..Default::default() };
+            let update = Update { triangulated: Vec::new(), report };
+            sender.try_send(Finished { update, asked: Instant::now() }).unwrap();
+        }
+        let take = || worker.finished().iter().map(|update| update.report.triangles).collect::<Vec<_>>();
+        assert_eq!([take(), take(), take(), take()], [vec![half, half - 1, 3], vec![half, 5 * half], vec![7], vec![]]);
     }
 }
