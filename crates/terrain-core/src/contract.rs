@@ -29,27 +29,34 @@ pub fn check(heightmap: &Heightmap, build: impl Fn(usize) -> Box<dyn LodMethod>,
     }
 }
 
-/// A method on one thread, watched, and the same on two threads, which must plan the same bytes.
+/// Numbers of threads that must not matter, beside one.
+const THREADS: [usize; 2] = [2, 8];
+
+/// A method on one thread, watched, and the same on more threads, which must plan the same bytes.
 struct Twins<'a> {
     one: Subject<'a>,
-    two: Box<dyn LodMethod>,
-    plan_of_two: FramePlan,
+    others: [Box<dyn LodMethod>; THREADS.len()],
+    plan_of_other: FramePlan,
 }
 
 impl<'a> Twins<'a> {
     fn new(heightmap: &'a Heightmap, build: &impl Fn(usize) -> Box<dyn LodMethod>, culling: bool) -> Self {
-        let [one, two] = [1, 2].map(|threads| {
+        let build = |threads| {
             let mut method = build(threads);
             method.set_culling(culling);
             method
-        });
-        Self { one: Subject::new(one, heightmap), two, plan_of_two: FramePlan::default() }
+        };
+        let one = Subject::new(build(1), heightmap);
+        Self { one, others: THREADS.map(build), plan_of_other: FramePlan::default() }
     }
 
     fn plan(&mut self, view: &View, at: &str) {
         self.one.plan(view, at);
-        self.two.plan(view, &mut self.plan_of_two);
-        assert!(same_bytes(&self.one.plan, &self.plan_of_two), "{at}: the plan depends on the number of threads");
+        for (other, threads) in self.others.iter_mut().zip(THREADS) {
+            other.plan(view, &mut self.plan_of_other);
+            let is_same = same_bytes(&self.one.plan, &self.plan_of_other);
+            assert!(is_same, "{at}: the plan depends on the number of threads, {threads} or 1");
+        }
     }
 
     fn assert_second_plan_changes_nothing(&mut self, view: &View, at: &str) {
@@ -215,7 +222,7 @@ mod tests {
                 Wrong::CulledThreads => self.culling,
                 _ => false,
             };
-            if threads_matter && self.threads > 1 {
+            if threads_matter && self.threads > 2 {
                 plan.draws.reverse();
             }
             let missing = match self.wrong {
