@@ -34,7 +34,7 @@ Exit codes: 0 ok, 1 failure, 2 usage, 4 bad input data, 5 GPU or adapter, 6 I/O,
 pub enum Command {
     /// Fly a DEM with every method, print the comparison, write a result folder
     #[command(after_help = EXAMPLES)]
-    Bench(BenchArgs),
+    Bench(Box<BenchArgs>),
     /// Write the mesh of one frame, of the whole DEM, as binary PLY
     #[command(after_help = EXAMPLES)]
     Mesh(MeshArgs),

@@ -21,7 +21,8 @@ pub fn bench(arguments: &[&str]) -> Vec<Row> {
 /// A row of `summary.csv`.
 pub type Row = std::collections::BTreeMap<String, String>;
 
-fn read_rows(path: &Path) -> Vec<Row> {
+/// The rows of a CSV file.
+pub fn read_rows(path: &Path) -> Vec<Row> {
     csv::Reader::from_path(path).unwrap().deserialize().map(Result::unwrap).collect()
 }
 

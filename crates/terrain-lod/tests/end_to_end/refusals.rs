@@ -84,7 +84,8 @@ fn every_refusal_is_one_line_with_its_exit_code() {
 fn a_suite_keeps_the_ranges_of_the_flags() {
     let place = wrong_files();
     let cases = [
-        ("methods = []", "methods, selector or patch is empty; expected at least one of each"),
+        ("methods = []", "methods is empty; expected at least one"),
+        ("triangulator = []", "triangulator is empty; expected at least one"),
         ("tolerance_px = []", "tolerance_px is empty; expected at least one"),
         ("tolerance_px = [1.0, nan]", "tolerance_px = NaN; expected 1e-6 to 1e6"),
         ("leg_px = [-1.0]", "leg_px = -1; expected 1e-6 to 1e6"),
