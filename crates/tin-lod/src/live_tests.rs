@@ -199,6 +199,15 @@ fn a_worker_that_has_caught_up_draws_what_a_plan_that_waits_draws() {
 }
 
 #[test]
+#[should_panic(expected = "the thread of the updates has panicked")]
+fn a_worker_that_panics_does_not_leave_a_method_that_is_stale_for_ever() {
+    let dem = Arc::new(synthetic::generate(97, 97, 1));
+    let options = Options { patch: 8, ..Default::default() };
+    let mut tin = live_with(&dem, options, |_, _| panic!("on purpose"));
+    settle(&mut tin, &RandomWalk::new(5, &dem).next().unwrap(), &mut FramePlan::default());
+}
+
+#[test]
 fn a_method_that_is_dropped_in_the_middle_of_an_update_ends_its_worker() {
     let dem = Arc::new(synthetic::generate(97, 97, 1));
     for view in RandomWalk::new(5, &dem).take(50) {

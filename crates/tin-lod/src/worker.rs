@@ -11,7 +11,7 @@
 //! being worked on makes the rest of that work void. A plan takes so many updates and no more: a frame that was long, or
 //! a camera that jumped, does not make the next plan long.
 
-use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
+use std::sync::mpsc::{Receiver, SyncSender, TryRecvError, sync_channel};
 use std::sync::{Arc, Condvar, Mutex, PoisonError};
 use std::thread::JoinHandle;
 use std::time::Instant;
@@ -102,11 +102,15 @@ impl Worker {
     }
 
     /// Updates that have finished, in order, each whole. What is beyond [`TRIANGLES_A_PLAN`] waits for the next plan.
+    /// Panics where the worker has: without it every frame would be whole, and none up to date.
     pub fn finished(&self) -> Vec<Update> {
         let (now, mut updates, mut triangles) = (Instant::now(), Vec::new(), 0);
-        while triangles < TRIANGLES_A_PLAN
-            && let Ok(Finished { mut update, asked }) = self.finished.try_recv()
-        {
+        while triangles < TRIANGLES_A_PLAN {
+            let Finished { mut update, asked } = match self.finished.try_recv() {
+                Ok(finished) => finished,
+                Err(TryRecvError::Empty) => break,
+                Err(TryRecvError::Disconnected) => panic!("the thread of the updates has panicked"),
+            };
             update.report.latency = now - asked;
             triangles += update.report.triangles;
             updates.push(update);
