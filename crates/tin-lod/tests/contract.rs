@@ -1,10 +1,14 @@
 //! The shared contract over real and awkward shapes, and what is the TIN's own.
 
+#[path = "bounded/terrain.rs"]
+#[expect(dead_code, reason = "no DEMs beside the project are wanted")]
+mod terrain;
+
 use std::sync::Arc;
 
 use terrain_core::error::{ErrorDistribution, ErrorOracle};
 use terrain_core::walk::RandomWalk;
-use terrain_core::{FramePlan, Heightmap, LodMethod, MeshMirror, SplitMix64, contract};
+use terrain_core::{FramePlan, Heightmap, LodMethod, MeshMirror, contract};
 use terrain_dem::synthetic;
 use tin_lod::{EdgePolicy, IndexStore, Options, Selector, Tin, Triangulator};
 
@@ -59,24 +63,25 @@ fn every_triangulator() {
 }
 
 #[test]
-fn awkward_shapes() {
-    for (columns, rows) in [(2, 2), (2, 70), (70, 2), (3, 3), (9, 8), (31, 33), (65, 65)] {
-        let mut random = SplitMix64::new(columns as u64);
-        let heights = (0..columns * rows).map(|_| random.range(0.0, 300.0) as f32).collect();
-        let dem = Heightmap::new(columns, rows, [30.0, 45.0], heights).unwrap();
-        check(dem, Options { patch: 8, ..Default::default() }, 5, 100);
+fn awkward_shapes_and_heights() {
+    for (name, dem) in terrain::awkward() {
+        for patch in [8, 16, 32, 64] {
+            println!("{name}, patch {patch}");
+            check(dem.clone(), Options { patch, ..Default::default() }, 5, 40);
+        }
     }
 }
 
 #[test]
-fn flat_spiked_and_extreme_heights() {
-    type Height = fn(u32) -> f32;
-    let shapes: [Height; 3] =
-        [|_| 0.0, |i| if i == 700 { 9000.0 } else { 0.0 }, |i| if i % 2 == 0 { -1e4 } else { 1e4 }];
-    for height in shapes {
-        let dem = Heightmap::new(41, 41, [10.0; 2], (0..41 * 41).map(height).collect()).unwrap();
-        check(dem, Options { patch: 16, ..Default::default() }, 5, 100);
-    }
+fn what_is_no_dem_is_refused_in_one_line() {
+    let refuse = |columns, rows, height_m| {
+        let heights_m = vec![height_m; (columns * rows) as usize];
+        Heightmap::new(columns, rows, [1.0; 2], heights_m).unwrap_err().to_string()
+    };
+    assert_eq!(refuse(1, 70, 0.0), "1 x 70 samples: expected 2 to 65535 along each side");
+    assert_eq!(refuse(70, 1, 0.0), "70 x 1 samples: expected 2 to 65535 along each side");
+    assert_eq!(refuse(2, 2, f32::NAN), "height NaN at column 0, row 0: expected a finite number");
+    assert_eq!(refuse(2, 2, f32::INFINITY), "height inf at column 0, row 0: expected a finite number");
 }
 
 #[test]
@@ -130,22 +135,37 @@ fn options_out_of_range_are_refused_in_one_line() {
 
 /// The whole of it: in every frame of a walk no sample in view is farther off than the tolerance, edges between levels
 /// and rim patches included.
+fn assert_within_the_tolerance(dem: &Arc<Heightmap>, tolerance_px: f64, patch: u32, frames: usize) {
+    let mut tin = Tin::new(dem.clone(), Options { tolerance_px, patch, ..Default::default() }).unwrap();
+    let mut mirror = MeshMirror::new(&tin.buffers(), dem);
+    let (mut plan, mut oracle) = (FramePlan::default(), ErrorOracle::new(dem));
+    for (frame, view) in RandomWalk::new(17, dem).take(frames).enumerate() {
+        tin.plan(&view, &mut plan);
+        if mirror.replay(&plan).unwrap() {
+            oracle.set_mesh(mirror.triangles());
+        }
+        let mut errors = ErrorDistribution::new(&[]);
+        oracle.measure(&view, &mut errors);
+        let share = errors.max_px() as f64 / tolerance_px;
+        assert!(share <= 1.0001, "{tolerance_px} px, patch {patch}, frame {frame}: {share} times the tolerance");
+    }
+}
+
 #[test]
 fn the_bounded_selector_keeps_the_tolerance_in_every_frame() {
     let dem = Arc::new(synthetic::generate(190, 247, 7));
     for (tolerance_px, patch) in [(0.25, 32), (1.0, 8), (1.0, 32), (2.0, 64), (4.0, 16)] {
-        let mut tin = Tin::new(dem.clone(), Options { tolerance_px, patch, ..Default::default() }).unwrap();
-        let mut mirror = MeshMirror::new(&tin.buffers(), &dem);
-        let (mut plan, mut oracle) = (FramePlan::default(), ErrorOracle::new(&dem));
-        for (frame, view) in RandomWalk::new(17, &dem).take(150).enumerate() {
-            tin.plan(&view, &mut plan);
-            if mirror.replay(&plan).unwrap() {
-                oracle.set_mesh(mirror.triangles());
-            }
-            let mut errors = ErrorDistribution::new(&[]);
-            oracle.measure(&view, &mut errors);
-            let share = errors.max_px() as f64 / tolerance_px;
-            assert!(share <= 1.0001, "{tolerance_px} px, patch {patch}, frame {frame}: {share} times the tolerance");
+        assert_within_the_tolerance(&dem, tolerance_px, patch, 150);
+    }
+}
+
+#[test]
+fn the_bounded_selector_keeps_the_tolerance_on_awkward_shapes_and_heights() {
+    for (name, dem) in terrain::awkward() {
+        let dem = Arc::new(dem);
+        for (tolerance_px, patch) in [(0.25, 64), (1.0, 8), (1.0, 32), (20.0, 16)] {
+            println!("{name}");
+            assert_within_the_tolerance(&dem, tolerance_px, patch, 60);
         }
     }
 }

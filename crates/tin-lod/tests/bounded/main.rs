@@ -93,9 +93,11 @@ fn awkward_shapes_and_heights() {
 }
 
 #[test]
-fn a_flat_patch_has_its_corners_alone() {
-    let whole = WholeDem::new(terrain::dem(65, 65, |_, _| 12.5), 32);
-    assert_eq!(check(&whole, &whole.uniform(1), None).0.indices.len(), 4 * 6);
+fn a_plane_has_its_corners_alone() {
+    for height_m in [|_, _| 12.5, terrain::exact_ramp, terrain::rounded_ramp] {
+        let whole = WholeDem::new(terrain::dem(65, 65, height_m), 32);
+        assert_eq!(check(&whole, &whole.uniform(1), None).0.indices.len(), 4 * 6);
+    }
 }
 
 #[test]

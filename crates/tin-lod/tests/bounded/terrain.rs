@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use terrain_core::{Heightmap, SplitMix64};
+use terrain_core::{Heightmap, Sample, SplitMix64};
 use terrain_dem::ReadOptions;
 
 /// A DEM that lies beside the project on some machines; without it the test says so and goes on.
@@ -40,11 +40,39 @@ pub fn awkward() -> Vec<(String, Heightmap)> {
     for (columns, rows) in [(2, 2), (2, 70), (70, 2), (3, 3), (9, 8), (31, 33), (65, 65), (66, 34)] {
         all.push((format!("{columns} x {rows}"), dem(columns, rows, |_, _| random.range(0.0, 300.0))));
     }
-    all.push(("flat".to_owned(), dem(70, 50, |_, _| -3.0)));
-    all.push(("spike".to_owned(), dem(70, 50, |x, z| if (x, z) == (20, 17) { 9000.0 } else { 0.0 })));
-    all.push(("spike on an edge".to_owned(), dem(70, 50, |x, z| if (x, z) == (32, 17) { 9000.0 } else { 0.0 })));
-    all.push(("checkerboard".to_owned(), dem(70, 50, |x, z| if (x + z) % 2 == 0 { -1e4 } else { 1e4 })));
-    all.push(("plane".to_owned(), dem(70, 50, |x, z| x as f64 * 3.5 - z as f64)));
-    all.push(("steps".to_owned(), dem(70, 50, |x, z| ((x / 5 + z / 7) * 10) as f64)));
+    let mut push = |name: &str, dem| all.push((name.to_owned(), dem));
+    push("flat", dem(70, 50, |_, _| -3.0));
+    push("spike", dem(70, 50, |x, z| if (x, z) == (20, 17) { 9000.0 } else { 0.0 }));
+    push("spike on an edge", dem(70, 50, |x, z| if (x, z) == (32, 17) { 9000.0 } else { 0.0 }));
+    push("checkerboard", dem(70, 50, |x, z| if (x + z) % 2 == 0 { -1e4 } else { 1e4 }));
+    push("huge heights", dem(70, 50, |_, _| random.range(-1e6, 1e6)));
+    push("small hills, very high up", dem(70, 50, |x, z| 1e6 + ((x * z) % 7) as f64));
+    push("plane", dem(70, 50, exact_ramp));
+    push("plane but for the rounding", dem(70, 50, rounded_ramp));
+    push("steps", dem(70, 50, |x, z| ((x / 5 + z / 7) * 10) as f64));
+    push("sea with islands", sea(0.0));
+    push("land in missing values", sea(-32_768.0));
     all
+}
+
+/// A slope whose heights f32 has exactly.
+pub fn exact_ramp(x: u32, z: u32) -> f64 {
+    x as f64 * 3.5 - z as f64
+}
+
+/// A slope whose heights f32 rounds, each another way.
+pub fn rounded_ramp(x: u32, z: u32) -> f64 {
+    x as f64 * 0.1 + z as f64 * 0.37
+}
+
+/// Rough terrain, 85 % of it at one height below all the rest. Nothing knows of missing values: they are heights.
+fn sea(level_m: f64) -> Heightmap {
+    let land = terrain_dem::synthetic::generate(90, 75, 4);
+    let mut heights_m = land.heights_m().to_vec();
+    heights_m.sort_by(f32::total_cmp);
+    let shore_m = heights_m[heights_m.len() * 85 / 100] as f64;
+    dem(90, 75, |column, row| {
+        let height_m = land.height_m(Sample { column, row }) as f64;
+        if height_m > shore_m { height_m - shore_m } else { level_m }
+    })
 }

@@ -2,13 +2,17 @@
 
 mod oracle;
 mod patches;
+mod real;
+#[path = "../bounded/terrain.rs"]
+#[expect(dead_code, reason = "only the DEMs beside the project are wanted")]
+mod terrain;
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use oracle::{Triangle, check, flipped_until_right, sorted, triangles};
 use patches::Patch;
-use terrain_core::SplitMix64;
-use tin_lod::{Border, Triangulator};
+use terrain_core::{Heightmap, SplitMix64};
+use tin_lod::{Border, PatchGrid, ThresholdMap, Triangulator};
 
 fn triangulate(triangulator: Triangulator, patch: &Patch) -> Vec<Triangle> {
     let mut indices = Vec::new();
@@ -112,6 +116,41 @@ fn indices_are_appended() {
 fn a_mask_with_a_corner_is_refused() {
     let border = Border { south: 1 << 5, ..Border::default() };
     triangulate(Triangulator::Grid, &Patch { border, ..Patch::new(5, 4, |_, _| false) });
+}
+
+/// Checks the patches that both selectors make of a DEM, at so many tolerances and in patches of all sizes. Returns how
+/// many.
+fn check_real(dem: &Heightmap, tolerances: u64) -> u32 {
+    let mut checked = 0;
+    for side in [8, 16, 32, 64] {
+        let grid = PatchGrid::new(dem, side);
+        let map = ThresholdMap::build(dem, &grid, &|_, _| {});
+        for i in 0..tolerances {
+            let seed = side as u64 * 1000 + i;
+            println!("patches of {side} intervals, seed {seed}");
+            checked += real::bounded(&map, &grid, seed, check_grid);
+            let tolerance_m = SplitMix64::new(seed).range(-4.4, 10.0).exp2();
+            checked += real::algorithm1(dem, &grid, tolerance_m, check_grid);
+        }
+    }
+    checked
+}
+
+#[test]
+fn patches_of_real_terrain() {
+    for name in ["ps_257_crop_rainier", "sthelens_30m_257", "sthelens_30m_native"] {
+        let checked = terrain::shared(name).map(|dem| check_real(&dem, 2));
+        println!("{name}: {checked:?} patches");
+    }
+}
+
+#[test]
+#[ignore = "2 million patches, some minutes of one core"]
+fn patches_of_large_real_terrain() {
+    for name in ["ps_1025", "deathvalley_2049_80m"] {
+        let checked = terrain::shared(name).map(|dem| check_real(&dem, 8));
+        println!("{name}: {checked:?} patches");
+    }
 }
 
 #[test]

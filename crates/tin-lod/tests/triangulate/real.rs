@@ -1,0 +1,38 @@
+//! Patches as the two selectors make them from real terrain.
+
+use terrain_core::{Heightmap, SplitMix64};
+use tin_lod::algorithm1::{select_edge, select_interior};
+use tin_lod::ladder::{self, Level};
+use tin_lod::{Border, PatchGrid, Selection, ThresholdMap, edge_levels};
+
+use super::patches::Patch;
+
+/// Visits the patches of a DEM as Algorithm 1 selects them at a tolerance in metres. Returns how many there are.
+pub fn algorithm1(dem: &Heightmap, grid: &PatchGrid, tolerance_m: f64, mut visit: impl FnMut(&Patch)) -> u32 {
+    let max_spacing = grid.side() / 2;
+    for number in 0..grid.patches() {
+        let area = grid.area(number);
+        let edges = grid.edges_of(number).all();
+        let [north, south, west, east] = edges.map(|edge| select_edge(dem, grid.run(edge), tolerance_m, max_spacing));
+        let border = Border { north, south, west, east };
+        let interior = select_interior(dem, area, border, tolerance_m, max_spacing);
+        visit(&Patch { width: area.width, depth: area.depth, border, interior });
+    }
+    grid.patches()
+}
+
+/// Visits the patches of a DEM as the bounded selector makes them, each at a level between 0.05 m and 1 km of its own,
+/// before any repair. Returns how many there are.
+pub fn bounded(map: &ThresholdMap, grid: &PatchGrid, seed: u64, mut visit: impl FnMut(&Patch)) -> u32 {
+    let mut random = SplitMix64::new(seed);
+    let mut level = || ladder::level_of(random.range(-4.4, 10.0).exp2());
+    let levels: Vec<Level> = (0..grid.patches()).map(|_| level()).collect();
+    let mut selection = Selection::default();
+    for number in 0..grid.patches() {
+        let area = grid.area(number);
+        selection.select(map, grid, number, levels[number as usize], edge_levels(grid, number, &levels));
+        let (border, interior) = (selection.border(), selection.interior().to_vec());
+        visit(&Patch { width: area.width, depth: area.depth, border, interior });
+    }
+    grid.patches()
+}
