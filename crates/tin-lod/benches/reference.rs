@@ -9,8 +9,8 @@
 //! mesh: once the largest over all samples, once the root of the mean square. Its error does not rise evenly with its
 //! tolerance; the search comes from the coarse side and takes the first tolerance that is good enough, which is the
 //! kindest to Algorithm 1. `jumps to` marks where its error leaps over the target by more than 1 %. `NOT REACHED` is
-//! what it says: even at tolerance 0 it leaves out the last sample before a rise to the south or the east, because it
-//! looks west and north alone.
+//! what it says: even at tolerance 0 it leaves out the last sample of flat ground before a slope to the south or the
+//! east, because it looks west and north alone.
 
 #[path = "../tests/reference/delaunay.rs"]
 mod delaunay;
