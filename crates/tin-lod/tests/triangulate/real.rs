@@ -15,7 +15,8 @@ pub fn algorithm1(dem: &Heightmap, grid: &PatchGrid, tolerance_m: f64, mut visit
         let edges = grid.edges_of(number).all();
         let [north, south, west, east] = edges.map(|edge| select_edge(dem, grid.run(edge), tolerance_m, max_spacing));
         let border = Border { north, south, west, east };
-        let interior = select_interior(dem, area, border, tolerance_m, max_spacing);
+        let mut interior = Vec::new();
+        select_interior(dem, area, border, tolerance_m, max_spacing, &mut interior);
         visit(&Patch { width: area.width, depth: area.depth, border, interior });
     }
     grid.patches()
