@@ -74,6 +74,9 @@ pub struct MethodArgs {
     /// tin: largest distance between selected samples in grid intervals [default: half a patch]
     #[arg(long, value_name = "N")]
     pub max_spacing: Option<u32>,
+    /// tin: side of the largest group of patches, 1, 2 or 4 [default: the largest of at most 64 intervals]
+    #[arg(long, value_name = "N")]
+    pub group: Option<u32>,
     /// tin: which edges follow when a patch is selected anew [default: matched]
     #[arg(long)]
     pub edge_policy: Option<EdgePolicyName>,

@@ -49,6 +49,8 @@ pub struct Settings {
     pub selector: SelectorName,
     /// tin: largest distance between selected samples in grid intervals; half a patch without.
     pub max_spacing: Option<u32>,
+    /// tin: side of the largest group in patches; without, the largest that the selector can have.
+    pub group: Option<u32>,
     /// tin: when patches are updated.
     pub schedule: ScheduleName,
     /// tin: what connects the selected samples.
@@ -103,11 +105,12 @@ impl Run {
     }
 
     fn tin_options(&self) -> tin_lod::Options {
-        let Settings { patch, tolerance_px, max_spacing, threads, .. } = self.settings;
+        let Settings { patch, tolerance_px, max_spacing, group, threads, .. } = self.settings;
         tin_lod::Options {
             patch,
             tolerance_px,
             max_spacing,
+            group,
             selector: self.settings.selector.into(),
             schedule: self.settings.schedule.into(),
             edge_policy: self.settings.edge_policy.into(),
@@ -143,15 +146,15 @@ impl Run {
         let Settings { patch, max_spacing, leg_px, k, layers, .. } = self.settings;
         match self.method {
             MethodName::Tin => {
-                let spacing = match self.settings.selector {
-                    SelectorName::Algorithm1 => format!(" max-spacing={}", max_spacing.unwrap_or(patch / 2)),
-                    SelectorName::Bounded => String::new(),
+                let of_selector = match self.settings.selector {
+                    SelectorName::Algorithm1 => format!("max-spacing={}", max_spacing.unwrap_or(patch / 2)),
+                    SelectorName::Bounded => format!("group={}", self.tin_options().group()),
                 };
                 let (selector, triangulator) = (name_of(self.settings.selector), name_of(self.settings.triangulator));
                 let (edges, schedule) = (name_of(self.settings.edge_policy), name_of(self.settings.schedule));
                 let store = name_of(self.settings.index_store);
                 format!(
-                    "selector={selector} patch={patch}{spacing} triangulator={triangulator} edge-policy={edges} \
+                    "selector={selector} patch={patch} {of_selector} triangulator={triangulator} edge-policy={edges} \
                      schedule={schedule} index-store={store}"
                 )
             }

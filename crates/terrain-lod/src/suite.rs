@@ -55,6 +55,8 @@ pub struct Suite {
     pub leg_px: Vec<f64>,
     /// As `--max-spacing`.
     pub max_spacing: Option<u32>,
+    /// As `--group`.
+    pub group: Option<u32>,
     /// As `--schedule`.
     pub schedule: Vec<ScheduleName>,
     /// As `--triangulator`.
@@ -92,6 +94,7 @@ impl Default for Suite {
             patch: vec![32],
             leg_px: vec![8.0],
             max_spacing: None,
+            group: None,
             schedule: vec![ScheduleName::default()],
             triangulator: vec![TriangulatorName::default()],
             index_store: IndexStoreName::default(),
@@ -150,6 +153,7 @@ impl Suite {
         override_with(&mut self.layers, &args.layers);
         override_with(&mut self.threads, &args.threads);
         self.max_spacing = args.max_spacing.or(self.max_spacing);
+        self.group = args.group.or(self.group);
     }
 
     /// What the command line checks flag by flag, a suite file must keep as well.
@@ -221,6 +225,7 @@ impl Suite {
             selector: self.selector[0],
             patch: self.patch[0],
             max_spacing: self.max_spacing,
+            group: self.group,
             schedule: self.schedule[0],
             triangulator: self.triangulator[0],
             index_store: self.index_store,

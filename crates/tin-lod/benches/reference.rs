@@ -28,7 +28,7 @@ use greedy::Greedy;
 use terrain_core::Heightmap;
 use terrain_core::error::ErrorOracle;
 use tin_lod::algorithm1::{select_edge, select_interior};
-use tin_lod::{Border, EdgeId, KeptSamples, Mask, PatchId, Triangulator, ladder};
+use tin_lod::{Border, EdgeId, KeptSamples, Mask, PatchGrid, PatchId, Triangulator, ladder};
 use whole_dem::{Mesh, WholeDem};
 
 const PATCH: u32 = 32;
@@ -51,7 +51,7 @@ fn main() {
 }
 
 fn compare(name: &str, dem: Heightmap) {
-    let whole = WholeDem::new(dem, PATCH);
+    let whole = WholeDem::new(dem, PATCH, 1);
     println!("\n{name}: {} x {} samples, patch {PATCH}", whole.dem.columns(), whole.dem.rows());
     let (mut reference, mut algorithm1) = (Greedy::new(&whole.dem), Algorithm1::new(&whole));
     for tolerance_m in TOLERANCES_M {
@@ -68,9 +68,13 @@ fn compare(name: &str, dem: Heightmap) {
     }
 }
 
+fn grid(whole: &WholeDem) -> &PatchGrid {
+    whole.maps.nodes().patches()
+}
+
 fn compare_with_reference(whole: &WholeDem, rung_m: f64, bounded: Measured, reference: usize) {
     let (a_patch, ratio) =
-        (bounded.triangles / whole.grid.patches() as usize, bounded.triangles as f64 / reference as f64);
+        (bounded.triangles / grid(whole).patches() as usize, bounded.triangles as f64 / reference as f64);
     let target = match (a_patch >= TRIANGLES_A_PATCH, ratio <= 1.05) {
         (false, _) => "no target below 80 a patch",
         (true, true) => "target 1.05: kept",
@@ -187,7 +191,7 @@ impl<'a> Algorithm1<'a> {
 
 /// Selects the whole DEM at one tolerance in metres, and triangulates it.
 fn algorithm1(whole: &WholeDem, tolerance_m: f64) -> Measured {
-    let WholeDem { dem, grid, .. } = whole;
+    let (dem, grid) = (&whole.dem, grid(whole));
     let edge = |edge: EdgeId| select_edge(dem, grid.run(edge), tolerance_m, MAX_SPACING);
     let edges: Vec<Mask> = (0..grid.edges()).map(edge).collect();
     let mut mesh = Mesh::default();
@@ -198,8 +202,8 @@ fn algorithm1(whole: &WholeDem, tolerance_m: f64) -> Measured {
 }
 
 fn triangulate(whole: &WholeDem, patch: PatchId, tolerance_m: f64, edges: &[Mask], indices: &mut Vec<u32>) {
-    let (area, dem) = (whole.grid.area(patch), &whole.dem);
-    let [north, south, west, east] = whole.grid.edges_of(patch).all().map(|edge| edges[edge as usize]);
+    let (area, dem) = (grid(whole).area(patch), &whole.dem);
+    let [north, south, west, east] = grid(whole).edges_of(patch).all().map(|edge| edges[edge as usize]);
     let border = Border { north, south, west, east };
     let mut interior = Vec::new();
     select_interior(dem, area, border, tolerance_m, MAX_SPACING, &mut interior);

@@ -12,11 +12,12 @@ use std::time::{Duration, Instant};
 use rayon::prelude::*;
 use terrain_core::{Aabb, Heightmap, View, WorkReport};
 
-use crate::mesh::{Triangulated, Update, tolerance_m_at};
+use crate::mesh::{Triangulated, Update, is_outdated, tolerance_m_at};
 use crate::options::{EdgePolicy, Options};
 use crate::patches::{EdgeId, PatchGrid, PatchId};
 use crate::select::{Border, Mask, select_edge, select_interior};
 use crate::triangulate::KeptSamples;
+use crate::vertices::VertexPlace;
 
 /// Patches and edges as of their last updates.
 pub(crate) struct Algorithm1Mesh {
@@ -65,9 +66,13 @@ impl Algorithm1Mesh {
         &self.patches[patch as usize].bounds_world
     }
 
-    /// The tolerance in metres of the patch's last selection.
-    pub fn tolerance_m(&self, patch: PatchId) -> f64 {
-        self.patches[patch as usize].tolerance_m
+    /// The patches in view that an update for this view would select anew.
+    pub fn outdated(&self, options: &Options, view: &View, visible: &[PatchId]) -> Vec<PatchId> {
+        let is_outdated = |patch: &PatchId| {
+            let Patch { bounds_world, tolerance_m, .. } = &self.patches[*patch as usize];
+            is_outdated(bounds_world, *tolerance_m, options, view)
+        };
+        visible.iter().copied().filter(is_outdated).collect()
     }
 
     /// Selects these patches and their edges for a view, and triangulates them and the neighbours of changed edges.
@@ -146,15 +151,15 @@ impl Algorithm1Mesh {
         start: Instant,
         select: Duration,
     ) -> Update {
-        let row_stride = options.vertex_strips(heightmap).row_stride();
+        let place = options.vertex_strips(heightmap).place();
         let made = self.parallel(&batch, |mesh, patch| {
             let mut indices = Vec::new();
-            options.triangulator.triangulate(&mesh.kept_samples(row_stride, patch), &mut indices);
+            options.triangulator.triangulate(&mesh.kept_samples(place, patch), &mut indices);
             indices
         });
         let triangulate = made.iter().map(|(_, spent)| *spent).sum();
         let finish = |(patch, (indices, _)): (PatchId, (Vec<u32>, Duration))| Triangulated {
-            patch,
+            node: patch,
             tolerance_m: self.patches[patch as usize].tolerance_m,
             indices: Some(indices),
         };
@@ -167,19 +172,18 @@ impl Algorithm1Mesh {
             update: start.elapsed(),
             ..Default::default()
         };
-        Update { triangulated, report }
+        Update { triangulated, retired: Vec::new(), report }
     }
 
-    /// With indices from the patch's own first vertex on.
-    fn kept_samples(&self, row_stride: u32, patch: PatchId) -> KeptSamples<'_> {
+    fn kept_samples(&self, place: VertexPlace, patch: PatchId) -> KeptSamples<'_> {
         let area = self.grid.area(patch);
         KeptSamples {
             width: area.width,
             depth: area.depth,
             border: self.border(patch),
             interior: &self.patches[patch as usize].interior,
-            first_index: 0,
-            row_stride,
+            first_index: place.first_index,
+            row_stride: place.row_stride,
         }
     }
 

@@ -1,7 +1,8 @@
-//! Bounded selection: no sample is farther from its patch's mesh than the patch's tolerance, whatever its edges keep.
+//! Bounded triangulation: no sample is farther from its node's mesh than the node's tolerance, whatever its border keeps.
 //!
-//! The threshold map is sound where a patch and its four edges have one level. An edge takes the finer level of its two
-//! patches, so a patch may get *extra* border samples. They can spoil triangles, but only those that touch one:
+//! The threshold map of a node (a patch, or a group of patches) is sound where the border keeps what the map needs and
+//! no more. A border keeps what the nodes on both of its sides need (`border.rs`), so a node may get *extra* border
+//! samples. They can spoil triangles, but only those that touch one:
 //!
 //! ```text
 //!   +-------+-------+     S: what the patch keeps at its own level, E: the extra samples (*). A Delaunay triangle of
@@ -12,107 +13,18 @@
 //!    coarse   fine        bad.
 //! ```
 //!
-//! The result is a function of the map, the level and the levels of the edges alone.
+//! The result is a function of the maps, and of the levels of the node and of those around it.
 
 use terrain_core::Heightmap;
 
 use crate::deviation::PatchHeights;
-use crate::ladder::{Level, tolerance_m};
+use crate::ladder::tolerance_m;
 use crate::lattice::{Vertex, vertex};
-use crate::patches::{PatchArea, PatchGrid, PatchId};
-use crate::select::{Border, Mask};
-use crate::threshold_map::ThresholdMap;
-use crate::triangulate::{GridKernel, KeptSamples, bits};
-
-/// What a patch keeps at a level, with its edges at levels of their own.
-#[derive(Clone, Debug, Default)]
-pub struct Selection {
-    level: Level,
-    border: Border,
-    interior: Vec<Mask>,
-    /// Samples of the border that the patch's own level would not keep.
-    extra: Border,
-}
-
-impl Selection {
-    /// Selects anew, in the memory of the last selection.
-    ///
-    /// `edge_levels`: north, south, west, east; none above `level`, or the bound does not hold.
-    pub fn select(
-        &mut self,
-        map: &ThresholdMap,
-        grid: &PatchGrid,
-        patch: PatchId,
-        level: Level,
-        edge_levels: [Level; 4],
-    ) {
-        debug_assert!(edge_levels.iter().all(|edge| *edge <= level), "an edge coarser than its patch");
-        let edges = grid.edges_of(patch).all();
-        let kept = |i: usize| map.edge_mask(edges[i], edge_levels[i]);
-        let extra = |i: usize| if edge_levels[i] < level { kept(i) & !map.edge_mask(edges[i], level) } else { 0 };
-        let border = |[north, south, west, east]: [Mask; 4]| Border { north, south, west, east };
-        self.level = level;
-        self.border = border([0, 1, 2, 3].map(kept));
-        self.extra = border([0, 1, 2, 3].map(extra));
-        let inner_rows = grid.area(patch).depth as usize - 1;
-        map.interior_masks(patch, inner_rows, level, &mut self.interior);
-    }
-
-    /// The samples that the four edges keep.
-    pub fn border(&self) -> Border {
-        self.border
-    }
-
-    /// The samples that the inner rows keep, before any repair.
-    pub fn interior(&self) -> &[Mask] {
-        &self.interior
-    }
-
-    /// Samples of the border that the patch's own level would not keep. Without such nothing is checked.
-    pub fn extra(&self) -> Border {
-        self.extra
-    }
-
-    fn kept_samples(&self, area: PatchArea, place: VertexPlace) -> KeptSamples<'_> {
-        KeptSamples {
-            width: area.width,
-            depth: area.depth,
-            border: self.border,
-            interior: &self.interior,
-            first_index: place.first_index,
-            row_stride: place.row_stride,
-        }
-    }
-
-    /// Whether the triangles of both are the same: the same samples, checked against the same limit or not at all.
-    pub fn gives_the_mesh_of(&self, other: &Self) -> bool {
-        let unchecked = self.extra == Border::default() && other.extra == Border::default();
-        (unchecked || self.level == other.level) && self.border == other.border && self.interior == other.interior
-    }
-}
-
-/// The levels of a patch's edges, north, south, west, east: each the finer one of the patches on its two sides.
-///
-/// `levels`: of all patches.
-pub fn edge_levels(grid: &PatchGrid, patch: PatchId, levels: &[Level]) -> [Level; 4] {
-    grid.edges_of(patch).all().map(|edge| {
-        let beside = grid.patches_of(edge).into_iter().flatten();
-        beside.map(|patch| levels[patch as usize]).min().expect("an edge has a patch")
-    })
-}
-
-/// Where a patch's samples are in a vertex buffer: at `first_index + row * row_stride + column`.
-#[derive(Clone, Copy)]
-pub(crate) struct VertexPlace {
-    pub first_index: u32,
-    pub row_stride: u32,
-}
-
-impl VertexPlace {
-    fn in_whole_dem(heightmap: &Heightmap, area: PatchArea) -> Self {
-        Self { first_index: heightmap.index(area.first), row_stride: heightmap.columns() }
-    }
-}
+use crate::patches::PatchArea;
+use crate::select::Border;
+use crate::selection::Selection;
+use crate::triangulate::{GridKernel, bits};
+use crate::vertices::VertexPlace;
 
 /// What had to be added to keep the bound.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -139,8 +51,8 @@ impl Default for BoundedMesher {
 }
 
 impl BoundedMesher {
-    /// Appends the triangles of a patch: indices into a vertex buffer that holds the whole DEM, counter-clockwise seen
-    /// from above. No sample of the patch is farther from them than the tolerance of the selection's level.
+    /// Appends the triangles of a node: indices into a vertex buffer that holds the whole DEM, counter-clockwise seen
+    /// from above. No sample of the node is farther from them than the tolerance of the selection's level.
     pub fn triangulate(
         &mut self,
         heightmap: &Heightmap,
@@ -162,12 +74,12 @@ impl BoundedMesher {
     ) -> Repair {
         let kept = selection.kept_samples(area, place);
         self.kernel.connect(&kept);
-        self.suspects.fill(area, selection.extra);
+        self.suspects.fill(area, selection.extra());
         let repair = if self.suspects.is_empty() {
             Repair::default()
         } else {
             let touches = |suspects: &VertexSet, corners: [Vertex; 3]| corners.iter().any(|v| suspects.contains(*v));
-            self.repair(&PatchHeights::new(heightmap, area), tolerance_m(selection.level), touches)
+            self.repair(&PatchHeights::new(heightmap, area), tolerance_m(selection.level()), touches)
         };
         self.kernel.append_indices(&kept, indices);
         repair
@@ -214,7 +126,7 @@ impl BoundedMesher {
     }
 }
 
-/// Vertices of a patch, a bit each.
+/// Vertices of a node, a bit each.
 struct VertexSet {
     /// Four words a row: 256 columns, as keys have it.
     words: [u64; 4 * 65],
@@ -234,7 +146,7 @@ impl VertexSet {
         }
     }
 
-    /// Replaces all members by samples of a patch's border.
+    /// Replaces all members by samples of a border.
     fn fill(&mut self, area: PatchArea, Border { north, south, west, east }: Border) {
         self.clear();
         for i in bits(north) {
@@ -271,8 +183,11 @@ impl VertexSet {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::ladder::level_of;
+    use crate::border::{Cut, NodeMaps};
+    use crate::ladder::{Level, level_of};
     use crate::lattice::position;
+    use crate::nodes::{NodeId, Nodes, Owners};
+    use crate::triangulate::KeptSamples;
     use terrain_core::SplitMix64;
 
     fn rough_dem(seed: u64) -> Heightmap {
@@ -285,6 +200,18 @@ mod tests {
             (hills + random.range(0.0, roughness)) as f32
         };
         Heightmap::new(70, 81, [10.0; 2], (0..70 * 81).map(height_m).collect()).unwrap()
+    }
+
+    /// Some roots split, and some of their members.
+    fn any_cut(nodes: &Nodes, random: &mut SplitMix64) -> Owners {
+        let mut owners = Owners::roots(nodes);
+        for node in (0..nodes.len() as NodeId).rev() {
+            // A group has a larger number than its members.
+            if owners.of(nodes.patches_of(node).next().unwrap()) == node && random.below(2) == 0 {
+                nodes.members(node).for_each(|member| owners.give(nodes, member));
+            }
+        }
+        owners
     }
 
     /// The triangulation of the same samples, from nothing.
@@ -315,26 +242,31 @@ mod tests {
         let (mut local, mut full) = (BoundedMesher::default(), BoundedMesher::default());
         let mut selection = Selection::default();
         let mut samples = 0;
-        for seed in 0..60 {
+        for seed in 0..100 {
             let dem = rough_dem(seed);
             let mut random = SplitMix64::new(seed);
-            let grid = PatchGrid::new(&dem, [8, 16, 32, 64][seed as usize % 4]);
-            let map = ThresholdMap::build(&dem, &grid, &|_, _| {});
+            let (patch, group) = [(8, 4), (16, 4), (32, 2), (64, 1)][seed as usize % 4];
+            let nodes = Nodes::new(&dem, patch, group);
+            let owners = any_cut(&nodes, &mut random);
+            let maps = NodeMaps::build(&dem, nodes);
             let mut level = |_| level_of(random.range(-5.0, 9.0).exp2());
-            let levels: Vec<Level> = (0..grid.patches()).map(&mut level).collect();
-            for patch in 0..grid.patches() {
-                let (area, edges) = (grid.area(patch), edge_levels(&grid, patch, &levels));
-                selection.select(&map, &grid, patch, levels[patch as usize], edges);
+            let levels: Vec<Level> = (0..maps.nodes().len()).map(&mut level).collect();
+            let cut = Cut { heightmap: &dem, maps: &maps, owners: &owners, levels: &levels };
+            let mut all_nodes = Vec::new();
+            owners.of_all(0..maps.nodes().patches().patches(), &mut all_nodes);
+            for node in all_nodes {
+                let area = maps.nodes().area(node);
+                selection.select(&cut, node);
                 let mut indices = Vec::new();
                 let repair = local.triangulate(&dem, area, &selection, &mut indices);
                 let kept = selection.kept_samples(area, VertexPlace::in_whole_dem(&dem, area));
                 full.kernel.connect(&kept);
                 let heights = PatchHeights::new(&dem, area);
-                let of_all = full.repair(&heights, tolerance_m(selection.level), |_, _| true);
+                let of_all = full.repair(&heights, tolerance_m(selection.level()), |_, _| true);
                 let mut all = Vec::new();
                 full.kernel.append_indices(&kept, &mut all);
-                assert_eq!((of_all, all), (repair, indices), "seed {seed}, patch {patch}");
-                assert_eq!(sorted(&full.kernel), sorted(&anew(&full.kernel, kept)), "seed {seed}, patch {patch}");
+                assert_eq!((of_all, all), (repair, indices), "seed {seed}, node {node}");
+                assert_eq!(sorted(&full.kernel), sorted(&anew(&full.kernel, kept)), "seed {seed}, node {node}");
                 samples += repair.samples;
             }
         }
@@ -344,20 +276,22 @@ mod tests {
     #[test]
     fn equal_samples_give_the_mesh_of_each_other_unless_the_limit_differs() {
         let dem = rough_dem(1);
-        let grid = PatchGrid::new(&dem, 32);
-        let map = ThresholdMap::build(&dem, &grid, &|_, _| {});
-        let select = |level, edges| {
-            let mut selection = Selection::default();
-            selection.select(&map, &grid, 0, level, edges);
+        let nodes = Nodes::new(&dem, 32, 1);
+        let owners = Owners::roots(&nodes);
+        let maps = NodeMaps::build(&dem, nodes);
+        // The first patch at one level, all others at another.
+        let select = |level, around| {
+            let (mut selection, mut levels) = (Selection::default(), vec![around; maps.nodes().len()]);
+            levels[0] = level;
+            selection.select(&Cut { heightmap: &dem, maps: &maps, owners: &owners, levels: &levels }, 0);
             selection
         };
         // Above 9,000 m this DEM needs its corners alone.
         let (coarse, coarser) = (level_of(9_000.0), level_of(90_000.0));
-        assert!(select(coarse, [coarse; 4]).gives_the_mesh_of(&select(coarser, [coarser; 4])));
+        assert!(select(coarse, coarse).gives_the_mesh_of(&select(coarser, coarser)));
         let fine = level_of(1.0);
-        let mixed = [fine, coarse, coarse, coarse];
-        assert!(select(coarse, mixed).gives_the_mesh_of(&select(coarse, mixed)));
-        assert!(!select(coarse, mixed).gives_the_mesh_of(&select(coarser, mixed)));
-        assert!(!select(coarse, mixed).gives_the_mesh_of(&select(coarse, [coarse; 4])));
+        assert!(select(coarse, fine).gives_the_mesh_of(&select(coarse, fine)));
+        assert!(!select(coarse, fine).gives_the_mesh_of(&select(coarser, fine)));
+        assert!(!select(coarse, fine).gives_the_mesh_of(&select(coarse, coarse)));
     }
 }

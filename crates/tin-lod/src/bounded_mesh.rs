@@ -1,8 +1,9 @@
-//! The mesh of bounded selections: levels of patches and edges, and one update of them.
+//! The mesh of bounded selections: the levels of nodes, a cut through them, and one update of both.
 //!
-//! A patch has the level of its distance, an edge the finer one of its two patches. Where an update changes the level
-//! of an edge, the patch on the other side is selected anew with it. A patch out of view keeps the level that it had:
-//! that can make an edge finer than it need be, never coarser than the patch in view allows.
+//! A node has the level of its distance. A root in view is updated as a whole: of each group and its members that which
+//! costs less is in the cut, so the cut is a function of the view that the root was last updated for. Where a node
+//! changes, those around it are selected anew in the same update. A root out of view keeps what it had: that can make a
+//! border finer than it need be, never coarser than the node in view allows.
 
 use std::cell::RefCell;
 use std::time::{Duration, Instant};
@@ -10,25 +11,29 @@ use std::time::{Duration, Instant};
 use rayon::prelude::*;
 use terrain_core::{Aabb, Heightmap, View, WorkReport};
 
-use crate::bounded::{BoundedMesher, Selection, VertexPlace, edge_levels};
+use crate::border::{Cut, NodeMaps};
+use crate::bounded::BoundedMesher;
+use crate::cull::union;
 use crate::ladder::{self, COARSEST, Level, level_of};
 use crate::mesh::{Triangulated, Update, tolerance_m_at};
+use crate::nodes::{NodeId, Nodes, Owners};
 use crate::options::Options;
-use crate::patches::{PatchGrid, PatchId};
-use crate::threshold_map::ThresholdMap;
+use crate::selection::Selection;
+use crate::vertices::VertexPlace;
 
-/// Patches and edges as of their last updates.
+/// Nodes as of their last updates.
 pub(crate) struct BoundedMesh {
-    grid: PatchGrid,
-    map: ThresholdMap,
+    maps: NodeMaps,
+    place: VertexPlace,
     bounds_world: Vec<Aabb>,
-    /// Of each patch.
+    /// Of all nodes, those that are not in the cut too.
     levels: Vec<Level>,
-    /// What the triangles of each patch are made of; nothing before the first.
+    owners: Owners,
+    /// What the triangles of each node in the cut are made of; nothing before the first.
     selections: Vec<Option<Selection>>,
 }
 
-/// What became of one patch.
+/// What became of one node.
 struct Made {
     selection: Selection,
     indices: Option<Vec<u32>>,
@@ -37,88 +42,131 @@ struct Made {
 }
 
 impl BoundedMesh {
-    /// Builds the threshold map; all patches at the coarsest level.
-    pub fn coarsest(heightmap: &Heightmap, options: &Options, grid: PatchGrid) -> (Self, Update) {
-        let map = ThresholdMap::build(heightmap, &grid, &|_, _| {});
-        let bounds_world = |patch| heightmap.bounds_world(grid.area(patch).first, grid.area(patch).last());
-        let all: Vec<PatchId> = (0..grid.patches()).collect();
+    /// Builds the threshold maps; all nodes at the coarsest level, the roots in the cut.
+    pub fn coarsest(heightmap: &Heightmap, options: &Options, nodes: Nodes) -> (Self, Update) {
         let mut mesh = Self {
-            bounds_world: all.par_iter().map(|patch| bounds_world(*patch)).collect(),
-            levels: vec![COARSEST; all.len()],
-            selections: vec![None; all.len()],
-            grid,
-            map,
+            place: options.vertex_strips(heightmap).place(),
+            bounds_world: bounds_world(heightmap, &nodes),
+            levels: vec![COARSEST; nodes.len()],
+            owners: Owners::roots(&nodes),
+            selections: vec![None; nodes.len()],
+            maps: NodeMaps::build(heightmap, nodes),
         };
-        let update = mesh.remake(heightmap, options, all, Instant::now());
+        let roots = mesh.nodes().roots().collect();
+        let update = mesh.remake(heightmap, roots, Vec::new(), Instant::now());
         (mesh, update)
     }
 
-    pub fn bounds_world(&self, patch: PatchId) -> &Aabb {
-        &self.bounds_world[patch as usize]
+    fn nodes(&self) -> &Nodes {
+        self.maps.nodes()
     }
 
-    /// The tolerance in metres of the patch's level.
-    pub fn tolerance_m(&self, patch: PatchId) -> f64 {
-        ladder::tolerance_m(self.levels[patch as usize])
+    pub fn bounds_world(&self, node: NodeId) -> &Aabb {
+        &self.bounds_world[node as usize]
     }
 
-    /// Gives these patches the levels of a view, and makes them and the neighbours of changed edges anew.
-    pub fn update(&mut self, heightmap: &Heightmap, options: &Options, view: &View, patches: &[PatchId]) -> Update {
+    /// The roots of the patches in view that an update for this view would change.
+    pub fn outdated(&self, options: &Options, view: &View, visible: &[u32]) -> Vec<NodeId> {
+        let mut roots: Vec<NodeId> = visible.iter().map(|patch| self.nodes().root_of(*patch)).collect();
+        roots.sort_unstable();
+        roots.dedup();
+        let level = |node| level_of(tolerance_m_at(self.bounds_world(node), options, view));
+        roots.retain(|root| self.nodes().tree(*root).any(|node| self.levels[node as usize] != level(node)));
+        roots
+    }
+
+    /// Gives these roots the levels and the cuts of a view, and makes what changes and the nodes around it anew.
+    pub fn update(&mut self, heightmap: &Heightmap, options: &Options, view: &View, roots: &[NodeId]) -> Update {
         let start = Instant::now();
-        let edges: Vec<_> = patches.iter().flat_map(|patch| self.grid.edges_of(*patch).all()).collect();
-        let before: Vec<Level> = edges.iter().map(|edge| self.edge_level(*edge)).collect();
-        for patch in patches {
-            let tolerance_m = tolerance_m_at(self.bounds_world(*patch), options, view);
-            self.levels[*patch as usize] = level_of(tolerance_m);
+        let (mut changed, mut retired) = (Vec::new(), Vec::new());
+        for root in roots {
+            self.cut_anew(*root, options, view, &mut changed, &mut retired);
         }
-        let changed = edges.iter().zip(before).filter(|(edge, before)| self.edge_level(**edge) != *before);
-        let neighbours = changed.flat_map(|(edge, _)| self.grid.patches_of(*edge).into_iter().flatten());
-        let mut batch: Vec<PatchId> = patches.iter().copied().chain(neighbours).collect();
-        batch.sort_unstable();
-        batch.dedup();
-        self.remake(heightmap, options, batch, start)
+        for node in &changed {
+            self.owners.give(self.maps.nodes(), *node);
+        }
+        let nodes = self.maps.nodes();
+        let beyond = |node: NodeId| (0..4).flat_map(move |side| nodes.patches_beyond(node, side));
+        let around: Vec<NodeId> = changed.iter().copied().flat_map(beyond).map(|patch| self.owners.of(patch)).collect();
+        changed.extend(around);
+        changed.sort_unstable();
+        changed.dedup();
+        self.remake(heightmap, changed, retired, start)
     }
 
-    /// The finer level of the patches on both sides.
-    fn edge_level(&self, edge: u32) -> Level {
-        let beside = self.grid.patches_of(edge).into_iter().flatten();
-        beside.map(|patch| self.levels[patch as usize]).min().expect("an edge has a patch")
+    /// Gives a root the levels of a view. Lists the nodes that are new in the cut or change their level, and those that
+    /// are no longer in it.
+    fn cut_anew(
+        &mut self,
+        root: NodeId,
+        options: &Options,
+        view: &View,
+        changed: &mut Vec<NodeId>,
+        retired: &mut Vec<NodeId>,
+    ) {
+        let (mut before, mut after) = (Vec::new(), Vec::new());
+        self.owners.of_all(self.nodes().patches_of(root), &mut before);
+        let before: Vec<(NodeId, Level)> = before.into_iter().map(|node| (node, self.levels[node as usize])).collect();
+        let nodes = self.maps.nodes();
+        for node in nodes.tree(root) {
+            self.levels[node as usize] = level_of(tolerance_m_at(&self.bounds_world[node as usize], options, view));
+        }
+        self.maps.cut(root, &self.levels, &mut after);
+        changed.extend(after.iter().filter(|node| !before.contains(&(**node, self.levels[**node as usize]))));
+        retired.extend(before.into_iter().map(|(node, _)| node).filter(|node| !after.contains(node)));
     }
 
-    /// Selects and triangulates these patches at the levels that they and their edges have now.
-    fn remake(&mut self, heightmap: &Heightmap, options: &Options, batch: Vec<PatchId>, start: Instant) -> Update {
-        let row_stride = options.vertex_strips(heightmap).row_stride();
-        let made: Vec<Made> = batch.par_iter().map(|patch| self.make(heightmap, row_stride, *patch)).collect();
+    /// Selects and triangulates these nodes as the cut and the levels are now.
+    fn remake(&mut self, heightmap: &Heightmap, batch: Vec<NodeId>, retired: Vec<NodeId>, start: Instant) -> Update {
+        let made: Vec<Made> = batch.par_iter().map(|node| self.make(heightmap, *node)).collect();
         let mut report = WorkReport::default();
         let mut triangulated = Vec::with_capacity(batch.len());
-        for (patch, made) in batch.into_iter().zip(made) {
+        for node in &retired {
+            self.selections[*node as usize] = None;
+        }
+        for (node, made) in batch.into_iter().zip(made) {
             report.select += made.select;
             report.triangulate += made.triangulate;
-            self.selections[patch as usize] = Some(made.selection);
-            triangulated.push(Triangulated { patch, tolerance_m: self.tolerance_m(patch), indices: made.indices });
+            self.selections[node as usize] = Some(made.selection);
+            let tolerance_m = ladder::tolerance_m(self.levels[node as usize]);
+            triangulated.push(Triangulated { node, tolerance_m, indices: made.indices });
         }
         report.patches = triangulated.iter().filter(|t| t.indices.is_some()).count() as u32;
         report.triangles = triangulated.iter().map(Triangulated::triangles).sum();
         report.update = start.elapsed();
-        Update { triangulated, report }
+        Update { triangulated, retired, report }
     }
 
-    fn make(&self, heightmap: &Heightmap, row_stride: u32, patch: PatchId) -> Made {
+    fn make(&self, heightmap: &Heightmap, node: NodeId) -> Made {
         thread_local!(static MESHER: RefCell<BoundedMesher> = RefCell::default());
         let start = Instant::now();
+        let cut = Cut { heightmap, maps: &self.maps, owners: &self.owners, levels: &self.levels };
         let mut selection = Selection::default();
-        let edges = edge_levels(&self.grid, patch, &self.levels);
-        selection.select(&self.map, &self.grid, patch, self.levels[patch as usize], edges);
+        selection.select(&cut, node);
         let (select, start) = (start.elapsed(), Instant::now());
-        let last = self.selections[patch as usize].as_ref();
+        let last = self.selections[node as usize].as_ref();
         let stays = last.is_some_and(|last| selection.gives_the_mesh_of(last));
         let indices = (!stays).then(|| {
             let mut indices = Vec::new();
-            let area = self.grid.area(patch);
-            let place = VertexPlace { first_index: 0, row_stride };
-            MESHER.with_borrow_mut(|mesher| mesher.triangulate_at(heightmap, area, &selection, place, &mut indices));
+            let area = self.nodes().area(node);
+            let at = self.place;
+            MESHER.with_borrow_mut(|mesher| mesher.triangulate_at(heightmap, area, &selection, at, &mut indices));
             indices
         });
         Made { selection, indices, select, triangulate: start.elapsed() }
     }
+}
+
+/// The boxes of all nodes.
+fn bounds_world(heightmap: &Heightmap, nodes: &Nodes) -> Vec<Aabb> {
+    let box_of = |patch: u32| {
+        let area = nodes.area(patch);
+        heightmap.bounds_world(area.first, area.last())
+    };
+    let mut boxes: Vec<Aabb> = (0..nodes.patches().patches()).into_par_iter().map(box_of).collect();
+    for group in boxes.len() as NodeId..nodes.len() as NodeId {
+        let members = nodes.members(group).map(|member| boxes[member as usize]);
+        boxes.push(members.reduce(union).expect("a group has a north-western member"));
+    }
+    boxes
 }

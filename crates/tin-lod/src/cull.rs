@@ -30,9 +30,9 @@ impl PatchTree {
         Self { layers }
     }
 
-    /// The box of one patch.
-    pub fn bounds_world(&self, patch: PatchId) -> &Aabb {
-        &self.layers[0].bounds_world[patch as usize]
+    /// The box of a block: of a patch in layer 0, of 2 x 2 patches in layer 1, and so on, by its number in the layer.
+    pub fn bounds_world(&self, (layer, block): (usize, PatchId)) -> &Aabb {
+        &self.layers[layer].bounds_world[block as usize]
     }
 
     /// Fills `visible` with the patches whose boxes may be in view, or with all of them; in ascending order.
@@ -83,7 +83,8 @@ impl Layer {
     }
 }
 
-fn union(a: Aabb, b: Aabb) -> Aabb {
+/// The box around two boxes.
+pub(crate) fn union(a: Aabb, b: Aabb) -> Aabb {
     let each = |choose: fn(f64, f64) -> f64, a: [f64; 3], b: [f64; 3]| [0, 1, 2].map(|i| choose(a[i], b[i]));
     Aabb { min: each(f64::min, a.min, b.min), max: each(f64::max, a.max, b.max) }
 }

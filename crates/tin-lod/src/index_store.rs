@@ -1,21 +1,23 @@
-//! Where in the index buffer the triangles of each patch are.
+//! Where in the index buffer the triangles of each node are.
 //!
 //! ```text
-//!   fixed    |p0 p0 p0 - - - - -|p1 p1 - - - - - -|p2 p2 p2 p2 - - - -|     room for a fully refined patch each
+//!   fixed    |p0 p0 p0 - - - - -|p1 p1 - - - - - -|p2 p2 p2 p2 - - - -|     room for a fully refined node each
 //!   packed   |p0 p0 p0 -|p2 p2 p2 p2|p1 p1 -|          |p3 -|               rooms by need, free ranges between them
 //! ```
 //!
-//! Fixed is the paper's (section 4). Packed gives a patch that has outgrown its room the smallest free range that is
+//! Fixed is the paper's (section 4). Packed gives a node that has outgrown its room the smallest free range that is
 //! large enough, and the buffer grows by half where there is none.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 
-/// Rooms are multiples of this many indices, so that most updates fit the room that their patch has, and every room
+use crate::nodes::NodeId;
+
+/// Rooms are multiples of this many indices, so that most updates fit the room that their node has, and every room
 /// starts at a multiple of 4 bytes.
 const GRANULE: u32 = 96;
 
-/// Rooms of all patches, and how much of each is used. Ranges are in indices, not bytes.
+/// Rooms of all nodes, and how much of each is used. Ranges are in indices, not bytes.
 pub(crate) struct Rooms {
     plan: FloorPlan,
     rooms: Vec<Room>,
@@ -35,38 +37,38 @@ enum FloorPlan {
 }
 
 impl Rooms {
-    /// A room of `size` indices for each patch.
-    pub fn fixed(patches: u32, size: u32) -> Self {
-        let room = |patch| Room { start: patch * size, size, used: 0 };
-        Self { plan: FloorPlan::Fixed, rooms: (0..patches).map(room).collect() }
+    /// These rooms. Nodes that are never in the mesh at once may share theirs.
+    pub fn fixed(rooms: impl Iterator<Item = Range<u32>>) -> Self {
+        let room = |Range { start, end }: Range<u32>| Room { start, size: end - start, used: 0 };
+        Self { plan: FloorPlan::Fixed, rooms: rooms.map(room).collect() }
     }
 
-    /// No rooms yet; patches get theirs with their triangles.
-    pub fn packed(patches: u32) -> Self {
-        Self { plan: FloorPlan::Packed(FreeRanges::default()), rooms: vec![Room::default(); patches as usize] }
+    /// No rooms yet; nodes get theirs with their triangles.
+    pub fn packed(nodes: usize) -> Self {
+        Self { plan: FloorPlan::Packed(FreeRanges::default()), rooms: vec![Room::default(); nodes] }
     }
 
     /// Size of the index buffer.
     pub fn capacity(&self) -> u32 {
         match &self.plan {
-            FloorPlan::Fixed => self.rooms.last().map_or(0, |last| last.start + last.size),
+            FloorPlan::Fixed => self.rooms.iter().map(|room| room.start + room.size).max().unwrap_or(0),
             FloorPlan::Packed(free) => free.capacity,
         }
     }
 
-    /// The indices of a patch.
-    pub fn of(&self, patch: u32) -> Range<u32> {
-        let Room { start, used, .. } = self.rooms[patch as usize];
+    /// The indices of a node.
+    pub fn of(&self, node: NodeId) -> Range<u32> {
+        let Room { start, used, .. } = self.rooms[node as usize];
         start..start + used
     }
 
-    /// Room for new indices of a patch, in place of those that it had.
+    /// Room for new indices of a node, in place of those that it had.
     ///
     /// # Panics
     ///
     /// If a fixed room is too small.
-    pub fn place(&mut self, patch: u32, indices: u32) -> Range<u32> {
-        let room = &mut self.rooms[patch as usize];
+    pub fn place(&mut self, node: NodeId, indices: u32) -> Range<u32> {
+        let room = &mut self.rooms[node as usize];
         match &mut self.plan {
             FloorPlan::Fixed => assert!(indices <= room.size, "{indices} indices in a room of {}", room.size),
             FloorPlan::Packed(free) => {
@@ -81,7 +83,7 @@ impl Rooms {
             }
         }
         room.used = indices;
-        self.of(patch)
+        self.of(node)
     }
 }
 
@@ -180,8 +182,9 @@ mod tests {
 
     #[test]
     fn fixed_rooms_are_where_they_were() {
-        let mut rooms = Rooms::fixed(3, 384);
+        let mut rooms = Rooms::fixed([0..384, 384..768, 768..1152, 0..768].into_iter());
         assert_eq!((rooms.place(1, 384), rooms.place(2, 6)), (384..768, 768..774));
         assert_eq!((rooms.of(0), rooms.of(1), rooms.capacity()), (0..0, 384..768, 1152));
+        assert_eq!(rooms.place(3, 600), 0..600);
     }
 }

@@ -20,9 +20,12 @@
 //!
 //! Beyond the paper: a selection whose tolerance is a bound ([`Selector::Bounded`]). A [`ThresholdMap`] says of every
 //! sample at which levels of the tolerance ([`ladder`]) it is needed; a [`Selection`] keeps those of a level; a
-//! [`BoundedMesher`] triangulates them and repairs what edges at other levels spoil (`bounded.rs`).
+//! [`BoundedMesher`] triangulates them and repairs what neighbours at other levels spoil (`bounded.rs`). Far from the
+//! eye groups of patches are triangulated as one ([`Nodes`], [`group`](field@Options::group)); one rule for borders fits nodes of all
+//! sizes and levels together (`border.rs`).
 
 mod algorithm1_mesh;
+mod border;
 mod bounded;
 mod bounded_mesh;
 mod cull;
@@ -33,9 +36,11 @@ pub mod ladder;
 mod lattice;
 mod mesh;
 mod method;
+mod nodes;
 mod options;
 mod patches;
 mod select;
+mod selection;
 mod threshold_map;
 mod triangulate;
 mod vertices;
@@ -53,10 +58,13 @@ pub mod algorithm1 {
     pub use crate::select::{select_edge, select_interior};
 }
 
-pub use bounded::{BoundedMesher, Repair, Selection, edge_levels};
+pub use border::{Cut, NodeMaps};
+pub use bounded::{BoundedMesher, Repair};
 pub use method::Tin;
+pub use nodes::{NodeId, Nodes, Owners};
 pub use options::{EdgePolicy, IndexStore, Options, Schedule, Selector, TinError};
 pub use patches::{EdgeId, EdgeRun, PatchArea, PatchEdges, PatchGrid, PatchId};
 pub use select::{Border, Mask};
+pub use selection::Selection;
 pub use threshold_map::ThresholdMap;
 pub use triangulate::{KeptSamples, Triangulator};

@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
 use terrain_core::walk::RandomWalk;
-use terrain_core::{BufferSizes, FramePlan, Heightmap, LodMethod, SplitMix64, Upload, View, WorkReport, contract};
+use terrain_core::{BufferSizes, FramePlan, Heightmap, LodMethod, SplitMix64, Upload, View, contract};
 use terrain_dem::synthetic;
 
 use crate::mesh::Update;
@@ -114,10 +114,10 @@ fn check_a_mutant(mutant: impl Fn(&Arc<Heightmap>, Options) -> Box<dyn LodMethod
 
 /// A mutant: patches of one update, every second of them later than the others.
 fn in_two_halves(update: Update, pass_on: &mut dyn FnMut(Update)) {
-    let (even, odd) = update.triangulated.into_iter().partition(|made| made.patch % 2 == 0);
-    pass_on(Update { triangulated: even, report: WorkReport::default() });
+    let (even, odd) = update.triangulated.into_iter().partition(|made| made.node % 2 == 0);
+    pass_on(Update { triangulated: even, ..Default::default() });
     std::thread::sleep(Duration::from_millis(5));
-    pass_on(Update { triangulated: odd, report: update.report });
+    pass_on(Update { triangulated: odd, ..update });
 }
 
 #[test]

@@ -8,21 +8,22 @@ use terrain_core::{Aabb, Heightmap, View, WorkReport};
 use crate::algorithm1_mesh::Algorithm1Mesh;
 use crate::bounded_mesh::BoundedMesh;
 use crate::ladder::level_of;
+use crate::nodes::{NodeId, Nodes};
 use crate::options::{Options, Selector};
-use crate::patches::{PatchGrid, PatchId};
+use crate::patches::PatchId;
 
-/// Patches and edges as of their last updates.
+/// Patches, groups and edges as of their last updates. Algorithm 1 has no groups.
 pub(crate) enum Mesh {
     Algorithm1(Algorithm1Mesh),
     Bounded(BoundedMesh),
 }
 
-/// One patch of an update.
+/// One patch or group of an update.
 pub(crate) struct Triangulated {
-    pub patch: PatchId,
+    pub node: NodeId,
     /// The tolerance in metres that it is selected for.
     pub tolerance_m: f64,
-    /// Its new triangles, as indices from the patch's first vertex on; none where those that it has stay right.
+    /// Its new triangles, as indices from the node's first vertex on; none where those that it has stay right.
     pub indices: Option<Vec<u32>>,
 }
 
@@ -33,54 +34,55 @@ impl Triangulated {
 }
 
 /// The result of one update: it is drawn as a whole or not at all.
+#[derive(Default)]
 pub(crate) struct Update {
+    /// In ascending order. A node that was not in the mesh takes the place of all nodes that had its patches.
     pub triangulated: Vec<Triangulated>,
+    /// Nodes that are no longer in the mesh.
+    pub retired: Vec<NodeId>,
     pub report: WorkReport,
 }
 
 impl Mesh {
     /// The coarsest mesh. Every update starts from a whole, watertight DEM.
-    pub fn coarsest(heightmap: &Heightmap, options: &Options, grid: PatchGrid) -> (Self, Update) {
+    pub fn coarsest(heightmap: &Heightmap, options: &Options, nodes: Nodes) -> (Self, Update) {
         match options.selector {
             Selector::Algorithm1 => {
-                let (mesh, update) = Algorithm1Mesh::coarsest(heightmap, options, grid);
+                let (mesh, update) = Algorithm1Mesh::coarsest(heightmap, options, *nodes.patches());
                 (Self::Algorithm1(mesh), update)
             }
             Selector::Bounded => {
-                let (mesh, update) = BoundedMesh::coarsest(heightmap, options, grid);
+                let (mesh, update) = BoundedMesh::coarsest(heightmap, options, nodes);
                 (Self::Bounded(mesh), update)
             }
         }
     }
 
-    pub fn bounds_world(&self, patch: PatchId) -> &Aabb {
+    pub fn bounds_world(&self, node: NodeId) -> &Aabb {
         match self {
-            Self::Algorithm1(mesh) => mesh.bounds_world(patch),
-            Self::Bounded(mesh) => mesh.bounds_world(patch),
+            Self::Algorithm1(mesh) => mesh.bounds_world(node),
+            Self::Bounded(mesh) => mesh.bounds_world(node),
         }
     }
 
-    fn tolerance_m(&self, patch: PatchId) -> f64 {
-        match self {
-            Self::Algorithm1(mesh) => mesh.tolerance_m(patch),
-            Self::Bounded(mesh) => mesh.tolerance_m(patch),
-        }
-    }
-
-    /// The patches among `visible` that an update for this view would select anew, nearest first.
-    pub fn outdated(&self, options: &Options, view: &View, visible: &[PatchId]) -> Vec<PatchId> {
-        let is_outdated = |p: &PatchId| is_outdated(self.bounds_world(*p), self.tolerance_m(*p), options, view);
-        let mut outdated: Vec<PatchId> = visible.iter().copied().filter(is_outdated).collect();
-        let distance_m = |patch: &PatchId| view.distance_m(self.bounds_world(*patch));
+    /// What an update for this view would select anew for the patches in view, nearest first: patches (Algorithm 1) or
+    /// roots (bounded).
+    pub fn outdated(&self, options: &Options, view: &View, visible: &[PatchId]) -> Vec<NodeId> {
+        let mut outdated = match self {
+            Self::Algorithm1(mesh) => mesh.outdated(options, view, visible),
+            Self::Bounded(mesh) => mesh.outdated(options, view, visible),
+        };
+        let distance_m = |node: &NodeId| view.distance_m(self.bounds_world(*node));
         outdated.sort_by(|a, b| distance_m(a).total_cmp(&distance_m(b)));
         outdated
     }
 
-    /// Selects these patches for a view, and triangulates them and the neighbours of edges that changed.
-    pub fn update(&mut self, heightmap: &Heightmap, options: &Options, view: &View, patches: &[PatchId]) -> Update {
+    /// Selects what is outdated for a view, and triangulates that and what borders on changes. It need not be all that
+    /// is outdated.
+    pub fn update(&mut self, heightmap: &Heightmap, options: &Options, view: &View, outdated: &[NodeId]) -> Update {
         match self {
-            Self::Algorithm1(mesh) => mesh.update(heightmap, options, view, patches),
-            Self::Bounded(mesh) => mesh.update(heightmap, options, view, patches),
+            Self::Algorithm1(mesh) => mesh.update(heightmap, options, view, outdated),
+            Self::Bounded(mesh) => mesh.update(heightmap, options, view, outdated),
         }
     }
 }

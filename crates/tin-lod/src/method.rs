@@ -1,5 +1,7 @@
-//! The method as the renderer sees it: a static vertex buffer, and for each patch a room in the index buffer.
+//! The method as the renderer sees it: a static vertex buffer, and for each patch or group a room
+//! in the index buffer.
 
+use std::ops::Range;
 use std::sync::Arc;
 
 use terrain_core::{
@@ -10,8 +12,9 @@ use terrain_core::{
 use crate::cull::PatchTree;
 use crate::index_store::Rooms;
 use crate::mesh::{Mesh, Update, is_outdated};
+use crate::nodes::{NodeId, Nodes, Owners};
 use crate::options::{IndexStore, Options, Schedule, TinError};
-use crate::patches::{PatchGrid, PatchId};
+use crate::patches::PatchId;
 use crate::vertices::VertexStrips;
 use crate::worker::{HandOver, Worker, Workshop};
 
@@ -20,18 +23,21 @@ pub struct Tin {
     heightmap: Arc<Heightmap>,
     options: Options,
     culling: bool,
-    grid: PatchGrid,
+    nodes: Nodes,
     tree: Arc<PatchTree>,
     strips: VertexStrips,
     rooms: Rooms,
-    /// Of each patch the tolerance in metres that its triangles in the buffer were selected for.
+    /// Of each node the tolerance in metres that its triangles in the buffer were selected for.
     drawn_tolerances_m: Vec<f64>,
+    /// The nodes that are drawn: those of the updates that the plans have drawn so far.
+    owners: Owners,
     updates: Updates,
     /// What the first plan uploads beside the vertices.
     coarsest: Option<Update>,
-    /// The patches in view, kept for its memory.
+    /// The patches in view, and the nodes that they lie in: kept for their memory.
     visible: Vec<PatchId>,
-    /// The 2-byte indices of one patch, kept for its memory.
+    visible_nodes: Vec<NodeId>,
+    /// The 2-byte indices of one node, kept for its memory.
     narrow: Vec<u16>,
 }
 
@@ -63,10 +69,10 @@ impl Tin {
             .thread_name(|i| format!("tin-lod {i}"))
             .build()
             .map_err(|error| fault(&error))?;
-        let grid = PatchGrid::new(&heightmap, options.patch);
-        let (mesh, coarsest) = pool.install(|| Mesh::coarsest(&heightmap, &options, grid));
-        let bounds_world: Vec<Aabb> = (0..grid.patches()).map(|p| *mesh.bounds_world(p)).collect();
-        let tree = Arc::new(PatchTree::new(&grid, bounds_world));
+        let nodes = Nodes::new(&heightmap, options.patch, options.group());
+        let (mesh, coarsest) = pool.install(|| Mesh::coarsest(&heightmap, &options, nodes.clone()));
+        let bounds_world: Vec<Aabb> = (0..nodes.patches().patches()).map(|p| *mesh.bounds_world(p)).collect();
+        let tree = Arc::new(PatchTree::new(nodes.patches(), bounds_world));
         let updates = match options.schedule {
             Schedule::Blocking => Updates::InPlan { mesh, pool },
             Schedule::Live => {
@@ -76,22 +82,20 @@ impl Tin {
                 Updates::Behind(worker)
             }
         };
-        let rooms = match options.index_store {
-            IndexStore::Fixed => Rooms::fixed(grid.patches(), full_patch_indices(&options)),
-            IndexStore::Packed => Rooms::packed(grid.patches()),
-        };
         Ok(Self {
             strips: options.vertex_strips(&heightmap),
+            rooms: rooms(&nodes, &options),
+            drawn_tolerances_m: vec![f64::INFINITY; nodes.len()],
             heightmap,
             options,
             culling: true,
-            grid,
+            owners: Owners::roots(&nodes),
+            nodes,
             tree,
-            rooms,
-            drawn_tolerances_m: vec![f64::INFINITY; grid.patches() as usize],
             updates,
             coarsest: Some(coarsest),
             visible: Vec::new(),
+            visible_nodes: Vec::new(),
             narrow: Vec::new(),
         })
     }
@@ -119,19 +123,23 @@ impl Tin {
         updates.into_iter().for_each(|update| self.map_to_index_buffer(update, plan));
     }
 
-    /// The last step of Algorithm 2: the triangles of each patch into the patch's room.
+    /// The last step of Algorithm 2: the triangles of each node into the node's room.
     fn map_to_index_buffer(&mut self, update: Update, plan: &mut FramePlan) {
+        for node in update.retired {
+            self.rooms.place(node, 0);
+        }
         for made in update.triangulated {
-            self.drawn_tolerances_m[made.patch as usize] = made.tolerance_m;
+            self.owners.give(&self.nodes, made.node);
+            self.drawn_tolerances_m[made.node as usize] = made.tolerance_m;
             if let Some(indices) = made.indices {
-                self.upload(made.patch, &indices, plan);
+                self.upload(made.node, &indices, plan);
             }
         }
         plan.work.push(update.report);
     }
 
-    fn upload(&mut self, patch: PatchId, indices: &[u32], plan: &mut FramePlan) {
-        let first = self.rooms.place(patch, indices.len() as u32).start as u64;
+    fn upload(&mut self, node: NodeId, indices: &[u32], plan: &mut FramePlan) {
+        let first = self.rooms.place(node, indices.len() as u32).start as u64;
         match self.index_format() {
             IndexFormat::U32 => plan.upload(Buffer::Indices, first * 4, indices),
             IndexFormat::U16 => {
@@ -145,7 +153,7 @@ impl Tin {
         }
     }
 
-    /// A patch has at most 65 x 65 samples, so strips make every index small.
+    /// A node has at most 65 x 65 samples, so strips make every index small.
     fn index_format(&self) -> IndexFormat {
         match self.options.index_store {
             IndexStore::Fixed => IndexFormat::U32,
@@ -157,22 +165,30 @@ impl Tin {
         self.rooms.capacity() as u64 * self.index_format().bytes()
     }
 
-    fn draw(&self, patch: PatchId) -> Draw {
-        let indices = self.rooms.of(patch);
-        // How many times the triangles would halve on the way from the fully refined patch: for the pictures.
-        let level = (full_patch_indices(&self.options) / indices.len() as u32).ilog2().min(15);
-        let base_vertex = self.strips.first_vertex(self.grid.area(patch)) as i32;
-        Draw::baked(indices, base_vertex, PatchTag { patch, level })
+    fn draw(&self, node: NodeId) -> Draw {
+        let (area, indices) = (self.nodes.area(node), self.rooms.of(node));
+        // How many times the triangles would halve on the way from the fully refined node: for the pictures.
+        let level = (6 * area.width * area.depth / indices.len() as u32).ilog2().min(15);
+        Draw::baked(indices, self.strips.first_vertex(area) as i32, PatchTag { patch: node, level })
     }
 
-    fn is_stale(&self, patch: PatchId, view: &View) -> bool {
-        is_outdated(self.tree.bounds_world(patch), self.drawn_tolerances_m[patch as usize], &self.options, view)
+    fn is_stale(&self, node: NodeId, view: &View) -> bool {
+        let bounds_world = self.tree.bounds_world(self.nodes.place(node));
+        is_outdated(bounds_world, self.drawn_tolerances_m[node as usize], &self.options, view)
     }
 }
 
-/// The triangulation of all samples of a patch has two triangles a quad.
-fn full_patch_indices(options: &Options) -> u32 {
-    6 * options.patch * options.patch
+/// Room for a fully refined node (the triangulation of all its samples has two triangles a quad), or by need.
+fn rooms(nodes: &Nodes, options: &Options) -> Rooms {
+    let of_patch = 6 * options.patch * options.patch;
+    let fixed = |node| {
+        let Range { start, end } = nodes.places(node);
+        start * of_patch..end * of_patch
+    };
+    match options.index_store {
+        IndexStore::Fixed => Rooms::fixed((0..nodes.len() as NodeId).map(fixed)),
+        IndexStore::Packed => Rooms::packed(nodes.len()),
+    }
 }
 
 impl LodMethod for Tin {
@@ -203,7 +219,8 @@ impl LodMethod for Tin {
         if self.index_bytes() > index_bytes {
             plan.growths.push(Growth { buffer: Buffer::Indices, bytes: self.index_bytes() });
         }
-        plan.draws.extend(self.visible.iter().map(|patch| self.draw(*patch)));
-        plan.stale_patches = self.visible.iter().filter(|patch| self.is_stale(**patch, view)).count() as u32;
+        self.owners.of_all(self.visible.iter().copied(), &mut self.visible_nodes);
+        plan.draws.extend(self.visible_nodes.iter().map(|node| self.draw(*node)));
+        plan.stale_patches = self.visible_nodes.iter().filter(|node| self.is_stale(**node, view)).count() as u32;
     }
 }

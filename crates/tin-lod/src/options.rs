@@ -34,7 +34,7 @@ pub enum IndexStore {
     /// each sample once, row by row.
     Fixed,
     /// Rooms by need, in a buffer that grows when it is full, and 2-byte indices. The vertex buffer is in strips as
-    /// wide as a patch; it holds the columns between them twice.
+    /// wide as the largest group; it holds the columns between them twice.
     #[default]
     Packed,
 }
@@ -61,6 +61,11 @@ pub struct Options {
     /// Algorithm 1: largest distance between selected samples in grid intervals, 1 to `patch`. Default (`None`) half a
     /// patch.
     pub max_spacing: Option<u32>,
+    /// Bounded: side of the largest group in patches, 1 (no groups), 2 or 4, of at most 64 grid intervals. Where one
+    /// triangulation of a whole group costs no more than its members, it is drawn in their place: a draw counts as 8
+    /// triangles. Default
+    /// (`None`) the largest that fits: 4 for patches of 8 or 16, 2 for 32, 1 for 64.
+    pub group: Option<u32>,
     /// Which edges follow a patch. Default [`EdgePolicy::Matched`].
     pub edge_policy: EdgePolicy,
     /// When patches are updated. Default [`Schedule::Blocking`].
@@ -80,6 +85,7 @@ impl Default for Options {
             tolerance_px: 1.0,
             selector: Selector::default(),
             max_spacing: None,
+            group: None,
             edge_policy: EdgePolicy::default(),
             schedule: Schedule::default(),
             triangulator: Triangulator::default(),
@@ -102,6 +108,14 @@ pub enum TinError {
     #[error("maximum spacing of {found} intervals: expected 1 to {patch}, the side of a patch")]
     MaxSpacing {
         /// The spacing given.
+        found: u32,
+        /// The side of a patch.
+        patch: u32,
+    },
+    /// The group is none of the three, or too large.
+    #[error("group of {found} x {found} patches of {patch} intervals: expected 1, 2 or 4, and at most 64 intervals")]
+    Group {
+        /// The group's side in patches.
         found: u32,
         /// The side of a patch.
         patch: u32,
@@ -138,6 +152,11 @@ impl Options {
         if self.threads == 0 {
             return Err(TinError::NoThreads);
         }
+        if let Some(found) = self.group
+            && !([1, 2, 4].contains(&found) && found * self.patch <= 64)
+        {
+            return Err(TinError::Group { found, patch: self.patch });
+        }
         match self.max_spacing {
             Some(found) if found == 0 || found > self.patch => Err(TinError::MaxSpacing { found, patch: self.patch }),
             _ => Ok(()),
@@ -148,12 +167,20 @@ impl Options {
     pub(crate) fn vertex_strips(&self, heightmap: &Heightmap) -> VertexStrips {
         match self.index_store {
             IndexStore::Fixed => VertexStrips::one(heightmap),
-            IndexStore::Packed => VertexStrips::new(heightmap, self.patch),
+            IndexStore::Packed => VertexStrips::new(heightmap, self.patch * self.group()),
         }
     }
 
     /// [`Options::max_spacing`] with its default.
     pub(crate) fn max_spacing(&self) -> u32 {
         self.max_spacing.unwrap_or(self.patch / 2)
+    }
+
+    /// [`group`](field@Options::group) with its default; Algorithm 1 has no groups.
+    pub fn group(&self) -> u32 {
+        match self.selector {
+            Selector::Algorithm1 => 1,
+            Selector::Bounded => self.group.unwrap_or((64 / self.patch).min(4)),
+        }
     }
 }

@@ -71,6 +71,12 @@ impl ThresholdMap {
         rows.clear();
         rows.extend(codes.chunks_exact(self.side).take(inner_rows).map(|row| kept(row, level)));
     }
+
+    /// How many inner samples of a patch a level keeps.
+    pub(crate) fn count_interior(&self, patch: PatchId, inner_rows: usize, level: Level) -> u32 {
+        let codes = &self.interiors[patch as usize * self.side * (self.side - 1)..];
+        codes.chunks_exact(self.side).take(inner_rows).map(|row| kept(row, level).count_ones()).sum()
+    }
 }
 
 /// Bit `i` for each byte `i` that is larger than a level, eight bytes at a time.
@@ -106,7 +112,7 @@ fn edge_codes(heightmap: &Heightmap, run: EdgeRun, pending: &mut Vec<(u32, u32, 
 
 /// The sample between two others of an edge that is farthest from the straight line between them, and how far it is,
 /// vertically.
-fn farthest_from_chord(heightmap: &Heightmap, run: EdgeRun, from: u32, to: u32) -> Option<(u32, f64)> {
+pub(crate) fn farthest_from_chord(heightmap: &Heightmap, run: EdgeRun, from: u32, to: u32) -> Option<(u32, f64)> {
     let height_m = |i: u32| heightmap.height_m(run.sample(i)) as f64;
     let (start_m, rise_m, length) = (height_m(from), height_m(to) - height_m(from), (to - from) as f64);
     let numerator = |i: u32| ((i - from) as f64 * rise_m - length * (height_m(i) - start_m)).abs();

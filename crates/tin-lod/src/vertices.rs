@@ -1,9 +1,9 @@
 //! The vertex buffer: every sample of the DEM, in strips that let a patch's indices be small.
 //!
 //! ```text
-//!    strip 0        strip 1        A strip is as wide as a patch, with both of its border columns, row by row. So a
-//!   0  1  2  3     24 25 26 27     vertex of a patch is found by a small number that is the same for all patches,
-//!   4  5  6  7     28 29 30 31     row * (width of a strip) + column within the patch, and the patch's first vertex,
+//!    strip 0        strip 1        A strip is as wide as the largest node, with both of its border columns, row by row.
+//!   0  1  2  3     24 25 26 27     So a vertex of a node is found by a small number that is the same for all nodes,
+//!   4  5  6  7     28 29 30 31     row * (width of a strip) + column within the node, and the node's first vertex,
 //!   8  9 10 11     32 33 34 35     which the draw adds. The columns between two strips are stored twice; the last
 //!     ...            ...           strip repeats the DEM's last column.
 //! ```
@@ -13,6 +13,19 @@
 use terrain_core::{BakedVertex, Heightmap, Sample};
 
 use crate::patches::PatchArea;
+
+/// Where a node's samples are in a vertex buffer: at `first_index + row * row_stride + column`.
+#[derive(Clone, Copy)]
+pub(crate) struct VertexPlace {
+    pub first_index: u32,
+    pub row_stride: u32,
+}
+
+impl VertexPlace {
+    pub fn in_whole_dem(heightmap: &Heightmap, area: PatchArea) -> Self {
+        Self { first_index: heightmap.index(area.first), row_stride: heightmap.columns() }
+    }
+}
 
 /// Which vertex holds which sample.
 #[derive(Clone, Copy, Debug)]
@@ -34,8 +47,12 @@ impl VertexStrips {
         Self::new(heightmap, heightmap.columns() - 1)
     }
 
-    /// Vertices from one row of a strip to the next.
-    pub fn row_stride(&self) -> u32 {
+    /// Where the samples of any node are, from its first vertex on.
+    pub fn place(&self) -> VertexPlace {
+        VertexPlace { first_index: 0, row_stride: self.row_stride() }
+    }
+
+    fn row_stride(&self) -> u32 {
         self.side + 1
     }
 
@@ -48,10 +65,10 @@ impl VertexStrips {
         (self.columns - 1).div_ceil(self.side)
     }
 
-    /// The vertex of a patch's north-western corner. The patch must not reach into the next strip.
+    /// The vertex of a node's north-western corner. The node must not reach into the next strip.
     pub fn first_vertex(&self, area: PatchArea) -> u32 {
         let Sample { column, row } = area.first;
-        debug_assert!(column % self.side + area.width <= self.side, "a patch in two strips");
+        debug_assert!(column % self.side + area.width <= self.side, "a node in two strips");
         (column / self.side * self.rows + row) * self.row_stride() + column % self.side
     }
 

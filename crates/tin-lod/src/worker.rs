@@ -22,7 +22,7 @@ use crate::cull::PatchTree;
 use crate::mesh::{Mesh, Update};
 use crate::options::{EdgePolicy, Options};
 
-/// Patches in one update: small enough that the nearest are soon drawn, large enough to keep all threads busy.
+/// Outdated patches in one update: small enough that the nearest are soon drawn, large enough to keep all threads busy.
 const PATCHES_AN_UPDATE: usize = 16;
 
 /// Updates that may wait to be drawn.
@@ -174,7 +174,7 @@ impl Workshop {
         let outdated = mesh.outdated(options, &asked.view, &visible);
         // The paper's edges follow where both patches are updated for one request, so a request stays whole.
         let few = match options.edge_policy {
-            EdgePolicy::Matched => PATCHES_AN_UPDATE,
+            EdgePolicy::Matched => PATCHES_AN_UPDATE / (options.group() * options.group()) as usize,
             EdgePolicy::Paper => outdated.len().max(1),
         };
         for patches in outdated.chunks(few) {
@@ -203,7 +203,7 @@ mod tests {
         let half = TRIANGLES_A_PLAN / 2;
         for triangles in [half, half - 1, 3, half, 5 * half, 7] {
             let report = WorkReport { triangles, ..Default::default() };
-            let update = Update { triangulated: Vec::new(), report };
+            let update = Update { report, ..Default::default() };
             sender.try_send(Finished { update, asked: Instant::now() }).unwrap();
         }
         let take = || worker.finished().iter().map(|update| update.report.triangles).collect::<Vec<_>>();

@@ -14,17 +14,19 @@ use tin_lod::{EdgePolicy, IndexStore, Options, Selector, Tin, Triangulator};
 
 /// With every selector that the options fit.
 fn check(dem: Heightmap, options: Options, seed: u64, frames: u32) {
-    let dem = Arc::new(dem);
     for selector in [Selector::Algorithm1, Selector::Bounded] {
         let options = Options { selector, ..options };
-        if options.validate().is_err() {
-            continue;
+        if options.validate().is_ok() {
+            check_one(dem.clone(), options, seed, frames);
         }
-        let build = |threads| -> Box<dyn LodMethod> {
-            Box::new(Tin::new(dem.clone(), Options { threads, ..options }).unwrap())
-        };
-        contract::check(&dem, build, seed, frames);
     }
+}
+
+fn check_one(dem: Heightmap, options: Options, seed: u64, frames: u32) {
+    let dem = Arc::new(dem);
+    let build =
+        |threads| -> Box<dyn LodMethod> { Box::new(Tin::new(dem.clone(), Options { threads, ..options }).unwrap()) };
+    contract::check(&dem, build, seed, frames);
 }
 
 #[test]
@@ -32,6 +34,15 @@ fn every_patch_size_over_synthetic_terrain() {
     for patch in [8, 16, 32, 64] {
         let options = Options { patch, ..Default::default() };
         check(synthetic::generate(193, 250, 7), options, patch as u64, 60);
+    }
+}
+
+#[test]
+fn groups_of_every_size() {
+    for (patch, group) in [(8, 1), (8, 2), (8, 4), (16, 2), (16, 4), (32, 1), (32, 2), (64, 1)] {
+        let options = Options { patch, group: Some(group), ..Default::default() };
+        check_one(synthetic::generate(193, 250, 7), options, patch as u64, 60);
+        check_one(synthetic::generate(131, 70, 7), Options { tolerance_px: 8.0, ..options }, patch as u64, 60);
     }
 }
 
@@ -131,12 +142,16 @@ fn options_out_of_range_are_refused_in_one_line() {
         refuse(Options { max_spacing: Some(33), ..Default::default() }),
         "maximum spacing of 33 intervals: expected 1 to 32, the side of a patch"
     );
+    assert_eq!(
+        refuse(Options { group: Some(4), ..Default::default() }),
+        "group of 4 x 4 patches of 32 intervals: expected 1, 2 or 4, and at most 64 intervals"
+    );
 }
 
 /// The whole of it: in every frame of a walk no sample in view is farther off than the tolerance, edges between levels
 /// and rim patches included.
-fn assert_within_the_tolerance(dem: &Arc<Heightmap>, tolerance_px: f64, patch: u32, frames: usize) {
-    let mut tin = Tin::new(dem.clone(), Options { tolerance_px, patch, ..Default::default() }).unwrap();
+fn assert_within_the_tolerance(dem: &Arc<Heightmap>, options: Options, frames: usize) {
+    let mut tin = Tin::new(dem.clone(), options).unwrap();
     let mut mirror = MeshMirror::new(&tin.buffers(), dem);
     let (mut plan, mut oracle) = (FramePlan::default(), ErrorOracle::new(dem));
     for (frame, view) in RandomWalk::new(17, dem).take(frames).enumerate() {
@@ -146,16 +161,18 @@ fn assert_within_the_tolerance(dem: &Arc<Heightmap>, tolerance_px: f64, patch: u
         }
         let mut errors = ErrorDistribution::new(&[]);
         oracle.measure(&view, &mut errors);
-        let share = errors.max_px() as f64 / tolerance_px;
-        assert!(share <= 1.0001, "{tolerance_px} px, patch {patch}, frame {frame}: {share} times the tolerance");
+        let share = errors.max_px() as f64 / options.tolerance_px;
+        assert!(share <= 1.0001, "{options:?}, frame {frame}: {share} times the tolerance");
     }
 }
 
 #[test]
 fn the_bounded_selector_keeps_the_tolerance_in_every_frame() {
     let dem = Arc::new(synthetic::generate(190, 247, 7));
-    for (tolerance_px, patch) in [(0.25, 32), (1.0, 8), (1.0, 32), (2.0, 64), (4.0, 16)] {
-        assert_within_the_tolerance(&dem, tolerance_px, patch, 150);
+    let sizes = [(0.25, 32, 2), (1.0, 8, 4), (1.0, 8, 1), (1.0, 32, 2), (2.0, 64, 1), (4.0, 16, 4), (16.0, 8, 4)];
+    for (tolerance_px, patch, group) in sizes {
+        let options = Options { tolerance_px, patch, group: Some(group), ..Default::default() };
+        assert_within_the_tolerance(&dem, options, 150);
     }
 }
 
@@ -165,7 +182,7 @@ fn the_bounded_selector_keeps_the_tolerance_on_awkward_shapes_and_heights() {
         let dem = Arc::new(dem);
         for (tolerance_px, patch) in [(0.25, 64), (1.0, 8), (1.0, 32), (20.0, 16)] {
             println!("{name}");
-            assert_within_the_tolerance(&dem, tolerance_px, patch, 60);
+            assert_within_the_tolerance(&dem, Options { tolerance_px, patch, ..Default::default() }, 60);
         }
     }
 }

@@ -9,21 +9,21 @@ use terrain_core::watertight::WatertightOracle;
 use terrain_core::{Camera, Heightmap, Lens, SplitMix64, View};
 use terrain_dem::synthetic;
 use tin_lod::ladder::{self, Level};
-use tin_lod::{PatchGrid, ThresholdMap};
-use whole_dem::{Bound, Mesh, WholeDem};
+use tin_lod::{NodeId, Owners, PatchGrid, ThresholdMap};
+use whole_dem::{Bound, Leveled, Mesh, WholeDem};
 
 /// The oracle's deviations are f32: it may see a deviation at the limit a ten-millionth above it. No other slack.
 const ORACLE_ROUNDING: f64 = 1.000_000_1;
 
-/// Triangulates, and asserts that the mesh is watertight and that no sample is above the tolerance of its patch.
-fn check(whole: &WholeDem, levels: &[Level], view: Option<&View>) -> (Mesh, Bound) {
+/// Triangulates, and asserts that the mesh is watertight and that no sample is above the tolerance of its node.
+fn check(whole: &WholeDem, leveled: &Leveled, view: Option<&View>) -> (Mesh, Bound) {
     let mut mesh = Mesh::default();
-    whole.triangulate(levels, &mut mesh);
+    whole.triangulate(leveled, &mut mesh);
     let triangles = whole.triangles(&mesh);
     let (columns, rows) = (whole.dem.columns(), whole.dem.rows());
     let found = WatertightOracle::new(columns, rows).check(&triangles, &[]);
     assert!(found.covers(columns, rows), "{found:?}");
-    let bound = whole.bound(levels, &triangles, view);
+    let bound = whole.bound(leveled, &triangles, view);
     assert!(bound.worst <= ORACLE_ROUNDING, "{} samples above, up to {}", bound.above, bound.worst);
     (mesh, bound)
 }
@@ -33,45 +33,56 @@ fn check_uniform(whole: &WholeDem, levels: impl Iterator<Item = Level>) {
     let mut fewest = usize::MAX;
     for level in levels {
         let (mesh, _) = check(whole, &whole.uniform(level), None);
-        assert_eq!(mesh.patches_repaired, 0);
+        assert_eq!(mesh.nodes_repaired, 0);
         assert!(mesh.indices.len() <= fewest, "level {level} has more triangles than a finer one");
         fewest = mesh.indices.len();
     }
-    let corners_alone = 6 * whole.grid.patches() as usize;
+    let corners_alone = 6 * whole.maps.nodes().roots().len();
     assert!(fewest >= corners_alone);
 }
 
 #[test]
 fn every_level_is_sound_on_real_terrain() {
     for dem in ["ps_257_crop_rainier", "sthelens_30m_257"].into_iter().filter_map(terrain::shared) {
-        check_uniform(&WholeDem::new(dem, 32), 0..=140);
+        check_uniform(&WholeDem::new(dem, 32, 1), 0..=140);
     }
 }
 
 #[test]
 fn every_level_is_sound_on_synthetic_terrain_in_patches_of_all_sizes() {
     for patch in [8, 16, 32, 64] {
-        let whole = WholeDem::new(synthetic::generate(193, 150, 7), patch);
+        let whole = WholeDem::new(synthetic::generate(193, 150, 7), patch, 1);
         check_uniform(&whole, (0..=140).step_by(3).chain([254]));
         let full = check(&whole, &whole.uniform(0), None).0;
         assert_eq!(full.indices.len(), 6 * 192 * 149, "level 0 keeps every sample");
     }
 }
 
-/// Levels between 3 cm and 480 m, one a patch, as unlike each other as can be.
-fn random_levels(whole: &WholeDem, random: &mut SplitMix64) -> Vec<Level> {
-    (0..whole.grid.patches()).map(|_| ladder::level_of(random.range(-5.0, 8.9).exp2())).collect()
+/// Levels between 3 cm and 480 m, one a node, as unlike each other as can be; groups and patches by lot.
+fn random(whole: &WholeDem, random: &mut SplitMix64) -> Leveled {
+    let nodes = whole.maps.nodes();
+    let mut owners = Owners::roots(nodes);
+    for node in (0..nodes.len() as NodeId).rev() {
+        // A group has a larger number than its members.
+        if owners.of(nodes.patches_of(node).next().unwrap()) == node && random.below(2) == 0 {
+            nodes.members(node).for_each(|member| owners.give(nodes, member));
+        }
+    }
+    let levels = (0..nodes.len()).map(|_| ladder::level_of(random.range(-5.0, 8.9).exp2())).collect();
+    Leveled { owners, levels }
 }
 
+/// Patches alone, and with groups.
+const SIZES: [(u32, u32); 9] = [(8, 1), (16, 1), (32, 1), (64, 1), (8, 2), (8, 4), (16, 2), (16, 4), (32, 2)];
+
 #[test]
-fn any_mix_of_levels_is_watertight_and_within_the_tolerances() {
+fn any_mix_of_sizes_and_levels_is_watertight_and_within_the_tolerances() {
     let real = ["ps_257_crop_rainier", "sthelens_30m_257"].into_iter().filter_map(terrain::shared);
     for dem in real.chain([synthetic::generate(190, 250, 3)]) {
-        for patch in [8, 16, 32, 64] {
-            let whole = WholeDem::new(dem.clone(), patch);
-            let mut random = SplitMix64::new(patch as u64);
-            let meshes: Vec<Mesh> =
-                (0..8).map(|_| check(&whole, &random_levels(&whole, &mut random), None).0).collect();
+        for (patch, group) in SIZES {
+            let whole = WholeDem::new(dem.clone(), patch, group);
+            let mut lots = SplitMix64::new((patch + group) as u64);
+            let meshes: Vec<Mesh> = (0..8).map(|_| check(&whole, &random(&whole, &mut lots), None).0).collect();
             assert!(meshes.iter().any(|mesh| mesh.repair.samples > 0), "nothing to repair: this proves nothing");
         }
     }
@@ -81,12 +92,12 @@ fn any_mix_of_levels_is_watertight_and_within_the_tolerances() {
 fn awkward_shapes_and_heights() {
     for (name, dem) in terrain::awkward() {
         println!("{name}");
-        for patch in [8, 32, 64] {
-            let whole = WholeDem::new(dem.clone(), patch);
+        for (patch, group) in SIZES {
+            let whole = WholeDem::new(dem.clone(), patch, group);
             check_uniform(&whole, (0..=254).step_by(11));
-            let mut random = SplitMix64::new(patch as u64);
+            let mut lots = SplitMix64::new((patch + group) as u64);
             for _ in 0..4 {
-                check(&whole, &random_levels(&whole, &mut random), None);
+                check(&whole, &random(&whole, &mut lots), None);
             }
         }
     }
@@ -95,7 +106,7 @@ fn awkward_shapes_and_heights() {
 #[test]
 fn a_plane_has_its_corners_alone() {
     for height_m in [|_, _| 12.5, terrain::exact_ramp, terrain::rounded_ramp] {
-        let whole = WholeDem::new(terrain::dem(65, 65, height_m), 32);
+        let whole = WholeDem::new(terrain::dem(65, 65, height_m), 32, 1);
         assert_eq!(check(&whole, &whole.uniform(1), None).0.indices.len(), 4 * 6);
     }
 }
@@ -103,11 +114,12 @@ fn a_plane_has_its_corners_alone() {
 #[test]
 fn heights_beyond_all_measure_end_in_a_watertight_mesh() {
     let mut random = SplitMix64::new(1);
-    let whole = WholeDem::new(terrain::dem(50, 50, |_, _| random.range(-f32::MAX as f64, f32::MAX as f64)), 16);
+    let whole = WholeDem::new(terrain::dem(50, 50, |_, _| random.range(-f32::MAX as f64, f32::MAX as f64)), 16, 4);
     for level in [0, 100, 254] {
         let mut mesh = Mesh::default();
-        let levels: Vec<Level> = (0..whole.grid.patches()).map(|i| level / (1 + i as u8 % 2)).collect();
-        whole.triangulate(&levels, &mut mesh);
+        let mut leveled = self::random(&whole, &mut random);
+        leveled.levels.iter_mut().enumerate().for_each(|(i, of_node)| *of_node = level / (1 + i as u8 % 2));
+        whole.triangulate(&leveled, &mut mesh);
         let found = WatertightOracle::new(50, 50).check(&whole.triangles(&mesh), &[]);
         assert!(found.covers(50, 50), "{found:?}");
     }
@@ -143,11 +155,11 @@ fn view(dem: &Heightmap, [x, z]: [f64; 2], above_m: f64) -> View {
 fn the_tolerance_in_pixels_is_a_bound() {
     let real = ["ps_257_crop_rainier", "sthelens_30m_257"].into_iter().filter_map(terrain::shared);
     for dem in real.chain([synthetic::generate(250, 193, 5)]) {
-        let whole = WholeDem::new(dem, 32);
+        let whole = WholeDem::new(dem, 16, 4);
         for (place, above_m) in [([0.5, 0.5], 100.0), ([0.02, 0.02], 100.0), ([0.5, 0.5], 20_000.0)] {
             let view = view(&whole.dem, place, above_m);
             for tolerance_px in [0.25, 0.5, 1.0, 2.0, 4.0] {
-                let (_, bound) = check(&whole, &whole.levels_of(&view, tolerance_px), Some(&view));
+                let (_, bound) = check(&whole, &whole.of_view(&view, tolerance_px), Some(&view));
                 assert!(bound.worst_px <= tolerance_px * ORACLE_ROUNDING, "{} px", bound.worst_px);
             }
         }
@@ -157,9 +169,9 @@ fn the_tolerance_in_pixels_is_a_bound() {
 #[test]
 fn puget_sound_at_one_pixel_needs_a_twentieth_of_its_triangles() {
     let Some(dem) = terrain::shared("ps_1025") else { return };
-    let whole = WholeDem::new(dem, 32);
+    let whole = WholeDem::new(dem, 32, 1);
     let view = view(&whole.dem, [0.5, 0.5], 100.0);
-    let (mesh, bound) = check(&whole, &whole.levels_of(&view, 1.0), Some(&view));
+    let (mesh, bound) = check(&whole, &whole.of_view(&view, 1.0), Some(&view));
     let triangles = mesh.indices.len() / 3;
     assert!(triangles <= 105_000, "{triangles} triangles of 2,097,152");
     assert!(bound.worst_px <= 1.0, "{} px", bound.worst_px);

@@ -3,26 +3,33 @@
 use terrain_core::error::ErrorOracle;
 use terrain_core::{Heightmap, Sample, Triangle, View};
 use tin_lod::ladder::{self, Level};
-use tin_lod::{BoundedMesher, PatchGrid, Repair, Selection, ThresholdMap, edge_levels};
+use tin_lod::{BoundedMesher, Cut, NodeId, NodeMaps, Nodes, Owners, Repair, Selection};
 
-/// A DEM, its patches, and its threshold map.
+/// A DEM and its threshold maps.
 pub struct WholeDem {
     pub dem: Heightmap,
-    pub grid: PatchGrid,
-    pub map: ThresholdMap,
+    pub maps: NodeMaps,
 }
 
-/// Triangles of all patches.
+/// What a mesh consists of, and at which levels.
+#[derive(Clone)]
+pub struct Leveled {
+    pub owners: Owners,
+    pub levels: Vec<Level>,
+}
+
+/// Triangles of all nodes.
 #[derive(Default)]
 pub struct Mesh {
     pub indices: Vec<u32>,
     pub repair: Repair,
-    pub patches_repaired: u32,
+    pub nodes: u32,
+    pub nodes_repaired: u32,
 }
 
-/// Deviations of all samples, against the tolerances of their patches.
+/// Deviations of all samples, against the tolerances of their nodes.
 pub struct Bound {
-    /// Samples above the tolerance of one of their patches, without slack.
+    /// Samples above the tolerance of one of their nodes, without slack.
     pub above: u64,
     /// The largest quotient of a deviation and a tolerance.
     pub worst: f64,
@@ -31,35 +38,59 @@ pub struct Bound {
 }
 
 impl WholeDem {
-    pub fn new(dem: Heightmap, patch: u32) -> Self {
-        let grid = PatchGrid::new(&dem, patch);
-        let map = ThresholdMap::build(&dem, &grid, &|_, _| {});
-        Self { dem, grid, map }
+    /// With groups of up to `group` x `group` patches.
+    pub fn new(dem: Heightmap, patch: u32, group: u32) -> Self {
+        let maps = NodeMaps::build(&dem, Nodes::new(&dem, patch, group));
+        Self { dem, maps }
     }
 
-    pub fn uniform(&self, level: Level) -> Vec<Level> {
-        vec![level; self.grid.patches() as usize]
+    fn nodes(&self) -> &Nodes {
+        self.maps.nodes()
     }
 
-    /// The level of each patch for a view: its tolerance at the point of its box that is nearest to the eye.
-    pub fn levels_of(&self, view: &View, tolerance_px: f64) -> Vec<Level> {
-        let level = |patch| {
-            let area = self.grid.area(patch);
+    /// The roots, all at one level.
+    pub fn uniform(&self, level: Level) -> Leveled {
+        Leveled { owners: Owners::roots(self.nodes()), levels: vec![level; self.nodes().len()] }
+    }
+
+    /// The level of each node for a view (its tolerance at the point of its box that is nearest to the eye), and of
+    /// each group and its members what costs less.
+    pub fn of_view(&self, view: &View, tolerance_px: f64) -> Leveled {
+        let (nodes, mut owners) = (self.nodes(), Owners::roots(self.nodes()));
+        let level = |node| {
+            let area = nodes.area(node);
             let distance_m = view.distance_m(&self.dem.bounds_world(area.first, area.last()));
             ladder::level_of(view.metres(tolerance_px, distance_m))
         };
-        (0..self.grid.patches()).map(level).collect()
+        let levels: Vec<Level> = (0..nodes.len() as NodeId).map(level).collect();
+        let mut chosen = Vec::new();
+        for root in nodes.roots() {
+            self.maps.cut(root, &levels, &mut chosen);
+        }
+        chosen.iter().for_each(|node| owners.give(nodes, *node));
+        Leveled { owners, levels }
     }
 
-    pub fn triangulate(&self, levels: &[Level], mesh: &mut Mesh) {
+    /// The nodes of a mesh.
+    pub fn nodes_of(&self, Leveled { owners, .. }: &Leveled) -> Vec<NodeId> {
+        let mut all = Vec::new();
+        owners.of_all(0..self.nodes().patches().patches(), &mut all);
+        all
+    }
+
+    pub fn cut<'a>(&'a self, Leveled { owners, levels }: &'a Leveled) -> Cut<'a> {
+        Cut { heightmap: &self.dem, maps: &self.maps, owners, levels }
+    }
+
+    pub fn triangulate(&self, leveled: &Leveled, mesh: &mut Mesh) {
         let (mut selection, mut mesher) = (Selection::default(), BoundedMesher::default());
-        (mesh.repair, mesh.patches_repaired) = (Repair::default(), 0);
+        let (cut, all) = (self.cut(leveled), self.nodes_of(leveled));
+        (mesh.repair, mesh.nodes_repaired, mesh.nodes) = (Repair::default(), 0, all.len() as u32);
         mesh.indices.clear();
-        for patch in 0..self.grid.patches() {
-            let edges = edge_levels(&self.grid, patch, levels);
-            selection.select(&self.map, &self.grid, patch, levels[patch as usize], edges);
-            let repair = mesher.triangulate(&self.dem, self.grid.area(patch), &selection, &mut mesh.indices);
-            mesh.patches_repaired += (repair.rounds > 0) as u32;
+        for node in all {
+            selection.select(&cut, node);
+            let repair = mesher.triangulate(&self.dem, self.nodes().area(node), &selection, &mut mesh.indices);
+            mesh.nodes_repaired += (repair.rounds > 0) as u32;
             mesh.repair.rounds = mesh.repair.rounds.max(repair.rounds);
             mesh.repair.samples += repair.samples;
         }
@@ -76,12 +107,12 @@ impl WholeDem {
     }
 
     /// Measures every sample with the error oracle. A sample that no triangle covers is above every tolerance.
-    pub fn bound(&self, levels: &[Level], triangles: &[Triangle], view: Option<&View>) -> Bound {
+    pub fn bound(&self, leveled: &Leveled, triangles: &[Triangle], view: Option<&View>) -> Bound {
         let mut oracle = ErrorOracle::new(&self.dem);
         oracle.set_mesh(triangles);
         let mut bound = Bound { above: 0, worst: 0.0, worst_px: 0.0 };
-        for patch in 0..self.grid.patches() {
-            let (area, tolerance_m) = (self.grid.area(patch), ladder::tolerance_m(levels[patch as usize]));
+        for node in self.nodes_of(leveled) {
+            let (area, tolerance_m) = (self.nodes().area(node), ladder::tolerance_m(leveled.levels[node as usize]));
             for row in area.first.row..=area.last().row {
                 for column in area.first.column..=area.last().column {
                     let at = Sample { column, row };

@@ -12,7 +12,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use oracle::{Triangle, check, flipped_until_right, sorted, triangles};
 use patches::Patch;
 use terrain_core::{Heightmap, SplitMix64};
-use tin_lod::{Border, PatchGrid, ThresholdMap, Triangulator};
+use tin_lod::{Border, NodeMaps, Nodes, Triangulator};
 
 fn triangulate(triangulator: Triangulator, patch: &Patch) -> Vec<Triangle> {
     let mut indices = Vec::new();
@@ -123,14 +123,13 @@ fn a_mask_with_a_corner_is_refused() {
 fn check_real(dem: &Heightmap, tolerances: u64) -> u32 {
     let mut checked = 0;
     for side in [8, 16, 32, 64] {
-        let grid = PatchGrid::new(dem, side);
-        let map = ThresholdMap::build(dem, &grid, &|_, _| {});
+        let maps = NodeMaps::build(dem, Nodes::new(dem, side, (64 / side).min(2)));
         for i in 0..tolerances {
             let seed = side as u64 * 1000 + i;
             println!("patches of {side} intervals, seed {seed}");
-            checked += real::bounded(&map, &grid, seed, check_grid);
+            checked += real::bounded(dem, &maps, seed, check_grid);
             let tolerance_m = SplitMix64::new(seed).range(-4.4, 10.0).exp2();
-            checked += real::algorithm1(dem, &grid, tolerance_m, check_grid);
+            checked += real::algorithm1(dem, maps.nodes().patches(), tolerance_m, check_grid);
         }
     }
     checked

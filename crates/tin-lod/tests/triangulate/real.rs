@@ -3,7 +3,7 @@
 use terrain_core::{Heightmap, SplitMix64};
 use tin_lod::algorithm1::{select_edge, select_interior};
 use tin_lod::ladder::{self, Level};
-use tin_lod::{Border, PatchGrid, Selection, ThresholdMap, edge_levels};
+use tin_lod::{Border, Cut, NodeMaps, Owners, PatchGrid, Selection};
 
 use super::patches::Patch;
 
@@ -22,18 +22,22 @@ pub fn algorithm1(dem: &Heightmap, grid: &PatchGrid, tolerance_m: f64, mut visit
     grid.patches()
 }
 
-/// Visits the patches of a DEM as the bounded selector makes them, each at a level between 0.05 m and 1 km of its own,
-/// before any repair. Returns how many there are.
-pub fn bounded(map: &ThresholdMap, grid: &PatchGrid, seed: u64, mut visit: impl FnMut(&Patch)) -> u32 {
-    let mut random = SplitMix64::new(seed);
-    let mut level = || ladder::level_of(random.range(-4.4, 10.0).exp2());
-    let levels: Vec<Level> = (0..grid.patches()).map(|_| level()).collect();
-    let mut selection = Selection::default();
-    for number in 0..grid.patches() {
-        let area = grid.area(number);
-        selection.select(map, grid, number, levels[number as usize], edge_levels(grid, number, &levels));
+/// Visits the nodes of a DEM as the bounded selector makes them, each at a level between 0.05 m and 1 km of its own, groups
+/// and patches by lot, before any repair. Returns how many there are.
+pub fn bounded(dem: &Heightmap, maps: &NodeMaps, seed: u64, mut visit: impl FnMut(&Patch)) -> u32 {
+    let (mut random, nodes) = (SplitMix64::new(seed), maps.nodes());
+    let levels: Vec<Level> = (0..nodes.len()).map(|_| ladder::level_of(random.range(-4.4, 10.0).exp2())).collect();
+    let mut owners = Owners::roots(nodes);
+    for root in nodes.roots().filter(|_| random.below(2) == 0) {
+        nodes.members(root).for_each(|member| owners.give(nodes, member));
+    }
+    let (mut all, mut selection) = (Vec::new(), Selection::default());
+    owners.of_all(0..nodes.patches().patches(), &mut all);
+    for node in &all {
+        let area = nodes.area(*node);
+        selection.select(&Cut { heightmap: dem, maps, owners: &owners, levels: &levels }, *node);
         let (border, interior) = (selection.border(), selection.interior().to_vec());
         visit(&Patch { width: area.width, depth: area.depth, border, interior });
     }
-    grid.patches()
+    all.len() as u32
 }
