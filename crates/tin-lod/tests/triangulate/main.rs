@@ -144,7 +144,7 @@ fn patches_of_real_terrain() {
 }
 
 #[test]
-#[ignore = "2 million patches, some minutes of one core"]
+#[ignore = "1.7 million patches, some minutes of one core"]
 fn patches_of_large_real_terrain() {
     for name in ["ps_1025", "deathvalley_2049_80m"] {
         let checked = terrain::shared(name).map(|dem| check_real(&dem, 8));
