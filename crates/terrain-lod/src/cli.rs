@@ -77,6 +77,9 @@ pub struct MethodArgs {
     /// tin: side of the largest group of patches, 1, 2 or 4 [default: the largest of at most 64 intervals]
     #[arg(long, value_name = "N")]
     pub group: Option<u32>,
+    /// tin: keep the threshold maps of the bounded selector in files beside the DEM's, and use those that are there
+    #[arg(long)]
+    pub keep_maps: bool,
     /// tin: which edges follow when a patch is selected anew [default: matched]
     #[arg(long)]
     pub edge_policy: Option<EdgePolicyName>,

@@ -55,7 +55,7 @@ pub fn fly_all(bench: &Bench, progress: &Progress) -> Result<Vec<Result<ErrorFli
 
 fn fly(bench: &Bench, run: &Run, progress: &Progress) -> Result<ErrorFlight, Fault> {
     let heightmap = &bench.dem.heightmap;
-    let mut method = run.converged().build(heightmap)?;
+    let mut method = run.converged().build(heightmap, &bench.maps)?;
     let mut judge = Judge::new(bench, run, &method.buffers());
     let mut plan = FramePlan::default();
     let mut frames = Vec::with_capacity(bench.path.len() as usize);

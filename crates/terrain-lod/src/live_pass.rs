@@ -104,7 +104,7 @@ impl LiveFlight {
 }
 
 fn fly(bench: &Bench, run: &Run, repeat: u32, progress: &Progress) -> Result<LiveFlight, Fault> {
-    let mut method = run.build(&bench.dem.heightmap)?;
+    let mut method = run.build(&bench.dem.heightmap, &bench.maps)?;
     let mut judge = Judge::new(bench, run, &method.buffers());
     settle(bench, &mut *method, &mut judge)?;
     let flown = fly_in_time(bench, &mut *method)?;

@@ -10,6 +10,7 @@ mod fault;
 mod interrupt;
 mod live_pass;
 mod machine;
+mod maps;
 mod mesh;
 mod methods;
 mod output;

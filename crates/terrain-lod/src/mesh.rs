@@ -31,8 +31,9 @@ pub fn run(args: &MeshArgs) -> Result<(), Fault> {
         let last = args.frames - 1;
         return Err(Fault::usage(format!("frame {} of {} frames: expected 0 to {last}", args.frame, args.frames)));
     }
-    let bench = Bench::new("mesh", suite(args), &args.dem.read_options())?;
+    let mut bench = Bench::new("mesh", suite(args), &args.dem.read_options())?;
     probe_parent(&args.out)?;
+    bench.prepare_maps(args.settings.keep_maps)?;
     let triangles = replay(&bench, args.frame)?;
     let (vertices, faces) = share_vertices(&bench.dem.heightmap, &triangles);
     write_atomically(&args.out, |file| write_ply(file, &vertices, &faces)).map_err(|e| Fault::write(&args.out, e))?;
@@ -67,7 +68,7 @@ fn suite(args: &MeshArgs) -> Suite {
 /// Flies up to the frame as the bench does, since what a frame draws may depend on the frames before; then plans it once
 /// more with culling off.
 fn replay(bench: &Bench, last: u32) -> Result<Vec<Triangle>, Fault> {
-    let mut method = bench.runs[0].converged().build(&bench.dem.heightmap)?;
+    let mut method = bench.runs[0].converged().build(&bench.dem.heightmap, &bench.maps)?;
     let mut mirror = MeshMirror::new(&method.buffers(), &bench.dem.heightmap);
     let mut plan = FramePlan::default();
     let progress = Progress::new("replay", last as u64 + 1);

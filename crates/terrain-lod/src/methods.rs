@@ -7,10 +7,11 @@ use htp_lod::{Batching, Htp};
 use lod_baselines::FullGrid;
 use serde::{Deserialize, Serialize};
 use terrain_core::{Heightmap, LodMethod};
-use tin_lod::Tin;
+use tin_lod::{Nodes, Tin};
 
 use crate::choices::{EdgePolicyName, IndexStoreName, ScheduleName, SelectorName, TriangulatorName, name_of};
 use crate::fault::Fault;
+use crate::maps::Maps;
 
 /// A method by its name on the command line, in suites and in tables.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
@@ -77,11 +78,11 @@ pub struct Run {
 }
 
 impl Run {
-    /// Makes the method for a DEM.
-    pub fn build(&self, heightmap: &Arc<Heightmap>) -> Result<Box<dyn LodMethod>, Fault> {
+    /// Makes the method for a DEM. What it needs of the threshold maps and does not find there it computes itself.
+    pub fn build(&self, heightmap: &Arc<Heightmap>, maps: &Maps) -> Result<Box<dyn LodMethod>, Fault> {
         let heightmap = heightmap.clone();
         let method: Box<dyn LodMethod> = match self.method {
-            MethodName::Tin => Box::new(Tin::new(heightmap, self.tin_options()).map_err(Fault::usage)?),
+            MethodName::Tin => self.build_tin(heightmap, maps)?,
             MethodName::Htp => self.build_htp(heightmap, Batching::PerPatch)?,
             MethodName::HtpInstanced => self.build_htp(heightmap, Batching::Instanced)?,
             MethodName::FullGrid => Box::new(FullGrid::new(&heightmap)),
@@ -98,6 +99,21 @@ impl Run {
             MethodName::HtpInstanced => self.htp_options(Batching::Instanced).validate().map_err(Fault::usage),
             MethodName::FullGrid => Ok(()),
         }
+    }
+
+    fn build_tin(&self, heightmap: Arc<Heightmap>, maps: &Maps) -> Result<Box<dyn LodMethod>, Fault> {
+        let options = self.tin_options();
+        let tin = match self.nodes(&heightmap).and_then(|nodes| maps.get(&nodes)) {
+            Some(maps) => Tin::with_maps(heightmap, options, maps),
+            None => Tin::new(heightmap, options),
+        };
+        Ok(Box::new(tin.map_err(Fault::usage)?))
+    }
+
+    /// The patches and groups that the bounded TIN needs threshold maps of.
+    pub fn nodes(&self, heightmap: &Heightmap) -> Option<Nodes> {
+        let (options, bounded) = (self.tin_options(), self.settings.selector == SelectorName::Bounded);
+        (self.method == MethodName::Tin && bounded).then(|| Nodes::new(heightmap, options.patch, options.group()))
     }
 
     fn build_htp(&self, heightmap: Arc<Heightmap>, batching: Batching) -> Result<Box<dyn LodMethod>, Fault> {

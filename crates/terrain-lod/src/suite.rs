@@ -13,6 +13,7 @@ use terrain_renderer::{Look, Submission};
 use crate::choices::{EdgePolicyName, IndexStoreName, ScheduleName, SelectorName, TriangulatorName};
 use crate::cli::{BenchArgs, MethodArgs};
 use crate::fault::{Cause, Fault};
+use crate::maps::Maps;
 use crate::methods::{MethodName, Run, Settings};
 
 /// The suites in `data/suites`.
@@ -282,6 +283,8 @@ pub struct Bench {
     pub suite: Suite,
     pub runs: Vec<Run>,
     pub dem: Dem,
+    /// Empty until [`Self::prepare_maps`].
+    pub maps: Maps,
     pub flight_name: String,
     pub path: FlightPath,
     /// Frames at the start of each flight of the speed pass that are not timed.
@@ -311,6 +314,7 @@ impl Bench {
             suite_name: suite_stem(suite_name),
             runs,
             dem,
+            maps: Maps::default(),
             flight_name: flight.name().to_string(),
             path,
             // A short flight still has frames to time.
@@ -319,6 +323,18 @@ impl Bench {
             look: Look::default(),
             suite,
         })
+    }
+
+    /// Gets the threshold maps that the runs need, once for all passes. That takes a while.
+    pub fn prepare_maps(&mut self, keep: bool) -> Result<(), Fault> {
+        let file = Path::new(&self.suite.dem);
+        if keep && !file.is_file() {
+            let message =
+                format!("{}: no file to keep threshold maps beside; expected a DEM in a file", self.suite.dem);
+            return Err(Fault::usage(message + ", or no --keep-maps"));
+        }
+        self.maps = Maps::of(&self.runs, &self.dem.heightmap, keep.then_some(file))?;
+        Ok(())
     }
 
     /// The view of one frame.

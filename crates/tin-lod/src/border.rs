@@ -17,7 +17,7 @@ use terrain_core::Heightmap;
 
 use crate::ladder::{Level, tolerance_m};
 use crate::nodes::{NodeId, Nodes, Owners};
-use crate::patches::EdgeRun;
+use crate::patches::{EdgeRun, PatchGrid};
 use crate::select::{Mask, inner_bits};
 use crate::threshold_map::{ThresholdMap, farthest_from_chord};
 
@@ -41,8 +41,28 @@ pub struct NodeMaps {
 impl NodeMaps {
     /// Computes the maps on the threads of the current rayon pool; the result does not depend on them.
     pub fn build(heightmap: &Heightmap, nodes: Nodes) -> Self {
-        let maps = nodes.grids().map(|grid| ThresholdMap::build(heightmap, grid, &|_, _| {})).collect();
+        Self::build_with_progress(heightmap, nodes, &|_, _| {})
+    }
+
+    /// The same. `progress` is told how many of how many nodes are done, by any thread, not always in order.
+    pub fn build_with_progress(heightmap: &Heightmap, nodes: Nodes, progress: &(dyn Fn(usize, usize) + Sync)) -> Self {
+        let mut before = 0;
+        let map = |grid: &PatchGrid| {
+            let map = ThresholdMap::build(heightmap, grid, &|done, _| progress(before + done, nodes.len()));
+            before += grid.patches() as usize;
+            map
+        };
+        let maps = nodes.grids().map(map).collect();
         Self { nodes, maps }
+    }
+
+    pub(crate) fn new(nodes: Nodes, maps: Vec<ThresholdMap>) -> Self {
+        Self { nodes, maps }
+    }
+
+    /// The codes of all maps, one after the other.
+    pub(crate) fn codes(&self) -> impl Iterator<Item = &[u8]> {
+        self.maps.iter().flat_map(ThresholdMap::codes)
     }
 
     /// The nodes.

@@ -6,6 +6,7 @@
 //! border finer than it need be, never coarser than the node in view allows.
 
 use std::cell::RefCell;
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use rayon::prelude::*;
@@ -23,7 +24,7 @@ use crate::vertices::VertexPlace;
 
 /// Nodes as of their last updates.
 pub(crate) struct BoundedMesh {
-    maps: NodeMaps,
+    maps: Arc<NodeMaps>,
     place: VertexPlace,
     bounds_world: Vec<Aabb>,
     /// Of all nodes, those that are not in the cut too.
@@ -42,15 +43,16 @@ struct Made {
 }
 
 impl BoundedMesh {
-    /// Builds the threshold maps; all nodes at the coarsest level, the roots in the cut.
-    pub fn coarsest(heightmap: &Heightmap, options: &Options, nodes: Nodes) -> (Self, Update) {
+    /// All nodes at the coarsest level, the roots in the cut.
+    pub fn coarsest(heightmap: &Heightmap, options: &Options, maps: Arc<NodeMaps>) -> (Self, Update) {
+        let nodes = maps.nodes();
         let mut mesh = Self {
             place: options.vertex_strips(heightmap).place(),
-            bounds_world: bounds_world(heightmap, &nodes),
+            bounds_world: bounds_world(heightmap, nodes),
             levels: vec![COARSEST; nodes.len()],
-            owners: Owners::roots(&nodes),
+            owners: Owners::roots(nodes),
             selections: vec![None; nodes.len()],
-            maps: NodeMaps::build(heightmap, nodes),
+            maps,
         };
         let roots = mesh.nodes().roots().collect();
         let update = mesh.remake(heightmap, roots, Vec::new(), Instant::now());

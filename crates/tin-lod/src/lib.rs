@@ -34,6 +34,7 @@ mod greedy;
 mod index_store;
 pub mod ladder;
 mod lattice;
+mod map_file;
 mod mesh;
 mod method;
 mod nodes;
@@ -60,6 +61,7 @@ pub mod algorithm1 {
 
 pub use border::{Cut, NodeMaps};
 pub use bounded::{BoundedMesher, Repair};
+pub use map_file::MapFileError;
 pub use method::Tin;
 pub use nodes::{NodeId, Nodes, Owners};
 pub use options::{EdgePolicy, IndexStore, Options, Schedule, Selector, TinError};

@@ -32,7 +32,7 @@ fn live(dem: &Arc<Heightmap>, options: Options) -> Tin {
 }
 
 fn live_with(dem: &Arc<Heightmap>, options: Options, hand_over: HandOver) -> Tin {
-    Tin::with_hand_over(dem.clone(), Options { schedule: Schedule::Live, ..options }, hand_over).unwrap()
+    Tin::with(dem.clone(), Options { schedule: Schedule::Live, ..options }, None, hand_over).unwrap()
 }
 
 /// A method with something around its plans.

@@ -3,9 +3,12 @@
 //! Algorithm 2 of the paper without its thread. The triangulations that one update returns fit each other and all that
 //! came before: what is drawn is watertight after every update.
 
+use std::sync::Arc;
+
 use terrain_core::{Aabb, Heightmap, View, WorkReport};
 
 use crate::algorithm1_mesh::Algorithm1Mesh;
+use crate::border::NodeMaps;
 use crate::bounded_mesh::BoundedMesh;
 use crate::ladder::level_of;
 use crate::nodes::{NodeId, Nodes};
@@ -44,15 +47,21 @@ pub(crate) struct Update {
 }
 
 impl Mesh {
-    /// The coarsest mesh. Every update starts from a whole, watertight DEM.
-    pub fn coarsest(heightmap: &Heightmap, options: &Options, nodes: Nodes) -> (Self, Update) {
+    /// The coarsest mesh. Every update starts from a whole, watertight DEM. Without maps the bounded selector builds them.
+    pub fn coarsest(
+        heightmap: &Heightmap,
+        options: &Options,
+        nodes: &Nodes,
+        maps: Option<Arc<NodeMaps>>,
+    ) -> (Self, Update) {
         match options.selector {
             Selector::Algorithm1 => {
                 let (mesh, update) = Algorithm1Mesh::coarsest(heightmap, options, *nodes.patches());
                 (Self::Algorithm1(mesh), update)
             }
             Selector::Bounded => {
-                let (mesh, update) = BoundedMesh::coarsest(heightmap, options, nodes);
+                let maps = maps.unwrap_or_else(|| Arc::new(NodeMaps::build(heightmap, nodes.clone())));
+                let (mesh, update) = BoundedMesh::coarsest(heightmap, options, maps);
                 (Self::Bounded(mesh), update)
             }
         }

@@ -9,6 +9,7 @@ use terrain_core::{
     VertexKind, View,
 };
 
+use crate::border::NodeMaps;
 use crate::cull::PatchTree;
 use crate::index_store::Rooms;
 use crate::mesh::{Mesh, Update, is_outdated};
@@ -41,6 +42,9 @@ pub struct Tin {
     narrow: Vec<u16>,
 }
 
+/// Each update as it is, and at once.
+const HAND_OVER: HandOver = |update, pass_on| pass_on(update);
+
 /// Who updates the mesh.
 enum Updates {
     /// Each plan does, and waits.
@@ -52,16 +56,27 @@ enum Updates {
 impl Tin {
     /// Prepares the patches of a DEM and their coarsest triangulation.
     pub fn new(heightmap: Arc<Heightmap>, options: Options) -> Result<Self, TinError> {
-        Self::with_hand_over(heightmap, options, |update, pass_on| pass_on(update))
+        Self::with(heightmap, options, None, HAND_OVER)
     }
 
-    /// As [`Tin::new`], with another way for the worker to hand its updates over.
-    pub(crate) fn with_hand_over(
+    /// As [`Tin::new`], with threshold maps that were computed before, of the same DEM and the options' patches and
+    /// groups. [`Selector::Algorithm1`](crate::Selector::Algorithm1) needs none.
+    pub fn with_maps(heightmap: Arc<Heightmap>, options: Options, maps: Arc<NodeMaps>) -> Result<Self, TinError> {
+        Self::with(heightmap, options, Some(maps), HAND_OVER)
+    }
+
+    /// `hand_over`: how the worker hands its updates over.
+    pub(crate) fn with(
         heightmap: Arc<Heightmap>,
         options: Options,
+        maps: Option<Arc<NodeMaps>>,
         hand_over: HandOver,
     ) -> Result<Self, TinError> {
         options.validate()?;
+        let nodes = Nodes::new(&heightmap, options.patch, options.group());
+        if maps.as_ref().is_some_and(|maps| *maps.nodes() != nodes) {
+            return Err(TinError::Maps);
+        }
         let fault =
             |error: &dyn std::fmt::Display| TinError::Threads { threads: options.threads, reason: error.to_string() };
         let pool = rayon::ThreadPoolBuilder::new()
@@ -69,8 +84,7 @@ impl Tin {
             .thread_name(|i| format!("tin-lod {i}"))
             .build()
             .map_err(|error| fault(&error))?;
-        let nodes = Nodes::new(&heightmap, options.patch, options.group());
-        let (mesh, coarsest) = pool.install(|| Mesh::coarsest(&heightmap, &options, nodes.clone()));
+        let (mesh, coarsest) = pool.install(|| Mesh::coarsest(&heightmap, &options, &nodes, maps));
         let bounds_world: Vec<Aabb> = (0..nodes.patches().patches()).map(|p| *mesh.bounds_world(p)).collect();
         let tree = Arc::new(PatchTree::new(nodes.patches(), bounds_world));
         let updates = match options.schedule {

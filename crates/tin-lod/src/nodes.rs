@@ -22,13 +22,13 @@ use crate::patches::{EdgeId, PatchArea, PatchGrid, PatchId};
 pub type NodeId = u32;
 
 /// The nodes over a DEM.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Nodes {
     /// Patches first, roots last.
     layers: Vec<Layer>,
 }
 
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Layer {
     grid: PatchGrid,
     /// Number of its first node.
@@ -63,6 +63,11 @@ impl Nodes {
     /// The grid of the patches.
     pub fn patches(&self) -> &PatchGrid {
         &self.layers[0].grid
+    }
+
+    /// Side of the largest group in patches: 1, 2 or 4. A small DEM has none that is larger than itself.
+    pub fn group(&self) -> u32 {
+        1 << self.top()
     }
 
     /// Number of all nodes.

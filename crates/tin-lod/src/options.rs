@@ -123,6 +123,9 @@ pub enum TinError {
     /// The bound rests on the grid kernel's tie-break, and on edges that follow at once.
     #[error("the bounded selector needs the triangulator grid and the edge policy matched")]
     Bounded,
+    /// Maps that do not fit the DEM and the options.
+    #[error("threshold maps of a DEM of another size, or of other patches or groups")]
+    Maps,
     /// No thread at all.
     #[error("0 threads: expected 1 or more")]
     NoThreads,

@@ -20,7 +20,7 @@ pub type PatchId = u32;
 pub type EdgeId = u32;
 
 /// The grid of patches over a DEM.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct PatchGrid {
     /// Samples of the DEM along x and z.
     columns: u32,

@@ -60,6 +60,19 @@ impl ThresholdMap {
         map
     }
 
+    /// A map that [`Self::codes`] gave, from the beginning of `bytes`, which then begin behind it.
+    pub(crate) fn take_from(bytes: &mut &[u8], grid: &PatchGrid) -> Option<Self> {
+        let side = grid.side() as usize;
+        let mut take = |count| Some(bytes.split_off(..count)?.to_vec());
+        let edges = take(grid.edges() as usize * side)?;
+        Some(Self { side, edges, interiors: take(grid.patches() as usize * side * (side - 1))? })
+    }
+
+    /// The codes of all edges, then those of all interiors.
+    pub(crate) fn codes(&self) -> [&[u8]; 2] {
+        [&self.edges, &self.interiors]
+    }
+
     /// The inner samples of an edge that a level keeps.
     pub(crate) fn edge_mask(&self, edge: EdgeId, level: Level) -> Mask {
         kept(&self.edges[edge as usize * self.side..][..self.side], level)

@@ -2,6 +2,7 @@
 
 mod bench;
 mod live;
+mod maps;
 mod mesh;
 mod program;
 mod refusals;

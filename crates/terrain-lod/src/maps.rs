@@ -1,0 +1,62 @@
+//! The threshold maps of the bounded TIN: each computed once for all runs and passes, or taken from a file beside the DEM.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use terrain_core::Heightmap;
+use terrain_dem::write_atomically;
+use tin_lod::{NodeMaps, Nodes};
+
+use crate::fault::Fault;
+use crate::methods::Run;
+use crate::progress::Progress;
+
+/// Maps for the patches and groups of some runs.
+#[derive(Default)]
+pub struct Maps(Vec<Arc<NodeMaps>>);
+
+impl Maps {
+    /// Gets the maps that these runs need. `keep_beside`: the DEM's file, where the maps shall lie in a file beside it.
+    pub fn of(runs: &[Run], heightmap: &Heightmap, keep_beside: Option<&Path>) -> Result<Self, Fault> {
+        let mut maps = Self::default();
+        for nodes in runs.iter().filter_map(|run| run.nodes(heightmap)) {
+            if maps.get(&nodes).is_none() {
+                let found = match keep_beside {
+                    Some(dem) => kept(&file_beside(dem, &nodes), heightmap, nodes)?,
+                    None => build(heightmap, nodes),
+                };
+                maps.0.push(Arc::new(found));
+            }
+        }
+        Ok(maps)
+    }
+
+    pub fn get(&self, nodes: &Nodes) -> Option<Arc<NodeMaps>> {
+        self.0.iter().find(|maps| maps.nodes() == nodes).cloned()
+    }
+}
+
+fn build(heightmap: &Heightmap, nodes: Nodes) -> NodeMaps {
+    let progress = Progress::new("threshold maps", nodes.len() as u64);
+    NodeMaps::build_with_progress(heightmap, nodes, &|_, _| progress.step())
+}
+
+fn file_beside(dem: &Path, nodes: &Nodes) -> PathBuf {
+    let mut name = dem.file_name().unwrap_or_default().to_os_string();
+    name.push(format!(".patch{}-group{}.tin-maps", nodes.patches().side(), nodes.group()));
+    dem.with_file_name(name)
+}
+
+/// The maps of a file; computed and written where there is none, or not the right one.
+fn kept(file: &Path, heightmap: &Heightmap, nodes: Nodes) -> Result<NodeMaps, Fault> {
+    if let Ok(bytes) = fs::read(file) {
+        match NodeMaps::read(&bytes, heightmap, nodes.clone()) {
+            Ok(maps) => return Ok(maps),
+            Err(reason) => eprintln!("note: {}: {reason}; computed anew", file.display()),
+        }
+    }
+    let maps = build(heightmap, nodes);
+    write_atomically(file, |out| maps.write(heightmap, out)).map_err(|error| Fault::write(file, error))?;
+    Ok(maps)
+}
