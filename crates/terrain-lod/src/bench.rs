@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use serde::Serialize;
 use terrain_dem::Dem;
 use terrain_renderer::{Gpu, RenderError, Renderer, RendererSettings};
 
@@ -11,14 +12,14 @@ use crate::dry_run;
 use crate::error_pass::{self, ErrorFlight};
 use crate::fault::{Cause, Fault};
 use crate::interrupt;
-use crate::live_pass::{self, LiveFlights, LiveFrame};
+use crate::live_pass::{self, LiveFlights};
 use crate::machine::Machine;
 use crate::methods::Run;
 use crate::output::print;
 use crate::progress::Progress;
 use crate::results::{Results, utc_now};
 use crate::shots;
-use crate::speed_pass::{self, SpeedFlights, SpeedFrame};
+use crate::speed_pass::{self, SpeedFlights};
 use crate::suite::Bench;
 use crate::summary::{self, Measured, SummaryRow, Surroundings};
 use crate::table;
@@ -109,32 +110,46 @@ fn surroundings(machine: &Machine) -> Surroundings {
     }
 }
 
-/// All passes, with a CSV for each run and pass as soon as there is something to write.
+/// All passes, one after the other: while one measures time, nothing else runs.
 fn fly(
     bench: &Bench,
     renderer: &mut Option<Renderer>,
     results: &Results,
     surroundings: &Surroundings,
 ) -> Result<Vec<Flown>, Fault> {
+    let errors = fly_errors(bench, results)?;
+    let live = fly_live(bench, results)?;
+    let speed = fly_speed(bench, renderer, results)?;
+    let runs = bench.runs.iter().zip(errors).zip(live).zip(speed);
+    Ok(runs.map(|(((run, errors), live), speed)| sum_up(bench, run, surroundings, errors, live, speed)).collect())
+}
+
+fn fly_errors(bench: &Bench, results: &Results) -> Result<Vec<Result<ErrorFlight, Fault>>, Fault> {
     let steps = bench.runs.len() as u64 * bench.path.len() as u64;
     let errors = error_pass::fly_all(bench, &Progress::new("errors", steps))?;
     for (run, errors) in bench.runs.iter().zip(&errors) {
         if let Ok(flight) = errors {
-            results.write_csv(&format!("frames/{}-error.csv", run.file_stem()), &flight.frames)?;
+            write_frames(results, run, "error", &flight.frames)?;
         }
     }
-    let live_steps = bench.runs.iter().filter(|run| run.is_live()).count() as u64 * bench.path.len() as u64;
-    let keep =
-        |run: &Run, frames: &[LiveFrame]| results.write_csv(&format!("frames/{}-live.csv", run.file_stem()), frames);
-    let progress = Progress::new("live", live_steps * bench.suite.repeats as u64);
-    let live = live_pass::fly_all(bench, &progress, keep)?;
-    drop(progress);
-    let keep =
-        |run: &Run, frames: &[SpeedFrame]| results.write_csv(&format!("frames/{}-speed.csv", run.file_stem()), frames);
-    let progress = Progress::new("speed", steps * bench.suite.repeats as u64);
-    let speed = speed_pass::fly_all(bench, renderer, &progress, keep)?;
-    let runs = bench.runs.iter().zip(errors).zip(live).zip(speed);
-    Ok(runs.map(|(((run, errors), live), speed)| sum_up(bench, run, surroundings, errors, live, speed)).collect())
+    Ok(errors)
+}
+
+fn fly_live(bench: &Bench, results: &Results) -> Result<Vec<LiveFlights>, Fault> {
+    let flights = bench.runs.iter().filter(|run| run.is_live()).count() as u64 * bench.suite.repeats as u64;
+    let progress = Progress::new("live", flights * bench.path.len() as u64);
+    live_pass::fly_all(bench, &progress, |run, frames| write_frames(results, run, "live", frames))
+}
+
+fn fly_speed(bench: &Bench, renderer: &mut Option<Renderer>, results: &Results) -> Result<Vec<SpeedFlights>, Fault> {
+    let flights = bench.runs.len() as u64 * bench.suite.repeats as u64;
+    let progress = Progress::new("speed", flights * bench.path.len() as u64);
+    speed_pass::fly_all(bench, renderer, &progress, |run, frames| write_frames(results, run, "speed", frames))
+}
+
+/// The frames of a run so far, as soon as there is something to write.
+fn write_frames<T: Serialize>(results: &Results, run: &Run, pass: &str, frames: &[T]) -> Result<(), Fault> {
+    results.write_csv(&format!("frames/{}-{pass}.csv", run.file_stem()), frames)
 }
 
 fn sum_up(
