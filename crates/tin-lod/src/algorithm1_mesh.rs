@@ -154,7 +154,7 @@ impl Algorithm1Mesh {
         let place = options.vertex_strips(heightmap).place();
         let made = self.parallel(&batch, |mesh, patch| {
             let mut indices = Vec::new();
-            options.triangulator.triangulate(&mesh.kept_samples(place, patch), &mut indices);
+            options.triangulate(patch, &mesh.kept_samples(place, patch), &mut indices);
             indices
         });
         let triangulate = made.iter().map(|(_, spent)| *spent).sum();

@@ -10,7 +10,7 @@
 //! |---|---|
 //! | point selection, Algorithm 1 (3.1) | `select.rs`, [`Options::tolerance_px`], [`max_spacing`](field@Options::max_spacing) |
 //! | border points (3.2) | `patches.rs` (edges are things of their own), `select.rs` |
-//! | Delaunay in the plane, lifted (3.3) | `triangulate.rs`, [`Options::triangulator`]; jitter is not needed, see there |
+//! | Delaunay in the plane, lifted (3.3) | `triangulate.rs`, [`Options::triangulator`], [`Options::jitter`] |
 //! | multi-resolution system, Algorithm 2 (4) | `mesh.rs`, `algorithm1_mesh.rs`, `method.rs`: outdated patches in view, nearest first |
 //! | a region of a fully refined patch in the index buffer (4) | `index_store.rs`, [`IndexStore::Fixed`] |
 //! | normals in a texture (4) | the renderer |
@@ -69,4 +69,4 @@ pub use patches::{EdgeId, EdgeRun, PatchArea, PatchEdges, PatchGrid, PatchId};
 pub use select::{Border, Mask};
 pub use selection::Selection;
 pub use threshold_map::ThresholdMap;
-pub use triangulate::{KeptSamples, Triangulator};
+pub use triangulate::{Jitter, KeptSamples, Triangulator};

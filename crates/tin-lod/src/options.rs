@@ -1,8 +1,9 @@
 //! What a user may choose.
 
-use terrain_core::Heightmap;
+use terrain_core::{Heightmap, SplitMix64};
 
-use crate::triangulate::Triangulator;
+use crate::patches::PatchId;
+use crate::triangulate::{Jitter, KeptSamples, Triangulator};
 use crate::vertices::VertexStrips;
 
 /// Which samples of a patch are kept.
@@ -74,6 +75,10 @@ pub struct Options {
     pub triangulator: Triangulator,
     /// How the patches share the index buffer. Default [`IndexStore::Packed`]. The triangles do not depend on it.
     pub index_store: IndexStore,
+    /// The seed of the paper's random offsets before samples are connected (section 3.3), for fidelity: our
+    /// triangulators need none. The offsets are those that keep the mesh sound ([`Jitter::SLIGHT`]), so all that they
+    /// change is which diagonal is taken where either will do. Not with [`Triangulator::Grid`]. Default: none.
+    pub jitter: Option<u64>,
     /// Threads that triangulate, 1 or more. Default 1. The result does not depend on it.
     pub threads: usize,
 }
@@ -90,6 +95,7 @@ impl Default for Options {
             schedule: Schedule::default(),
             triangulator: Triangulator::default(),
             index_store: IndexStore::default(),
+            jitter: None,
             threads: 1,
         }
     }
@@ -126,6 +132,9 @@ pub enum TinError {
     /// Maps that do not fit the DEM and the options.
     #[error("threshold maps of a DEM of another size, or of other patches or groups")]
     Maps,
+    /// The grid kernel works in integers.
+    #[error("the jitter needs the triangulator delaunator or spade")]
+    Jitter,
     /// No thread at all.
     #[error("0 threads: expected 1 or more")]
     NoThreads,
@@ -152,6 +161,9 @@ impl Options {
         if self.selector == Selector::Bounded && !fits_bounded {
             return Err(TinError::Bounded);
         }
+        if self.jitter.is_some() && self.triangulator == Triangulator::Grid {
+            return Err(TinError::Jitter);
+        }
         if self.threads == 0 {
             return Err(TinError::NoThreads);
         }
@@ -171,6 +183,17 @@ impl Options {
         match self.index_store {
             IndexStore::Fixed => VertexStrips::one(heightmap),
             IndexStore::Packed => VertexStrips::new(heightmap, self.patch * self.group()),
+        }
+    }
+
+    /// Connects the kept samples of a patch.
+    pub(crate) fn triangulate(&self, patch: PatchId, kept: &KeptSamples, indices: &mut Vec<u32>) {
+        match self.jitter {
+            None => self.triangulator.triangulate(kept, indices),
+            Some(seed) => {
+                let jitter = Jitter { amplitude: Jitter::SLIGHT, seed: seed ^ SplitMix64::mix(patch.into()) };
+                self.triangulator.triangulate_jittered(kept, jitter, indices);
+            }
         }
     }
 

@@ -2,11 +2,11 @@
 //! (section 3.3 of the paper).
 //!
 //! Deviation: the paper moves the points at random, so that four points on a square do not confuse its
-//! triangulation. All of ours are exact: nothing is moved, and straight borders stay straight. The jitter as an option
-//! for fidelity is still to come.
-
+//! triangulation. All of ours are exact and need no such help: here it is an option (`jitter.rs`).
+//!
 mod delaunator;
 mod grid;
+mod jitter;
 mod spade;
 
 use std::cell::RefCell;
@@ -14,6 +14,7 @@ use std::cell::RefCell;
 use crate::select::{Border, Mask, inner_bits};
 
 pub(crate) use grid::GridKernel;
+pub use jitter::Jitter;
 
 /// What connects the kept samples of a patch.
 ///
@@ -64,11 +65,30 @@ impl Triangulator {
                 thread_local!(static KERNEL: RefCell<GridKernel> = RefCell::new(GridKernel::new()));
                 KERNEL.with_borrow_mut(|kernel| kernel.triangulate(kept, indices));
             }
-            Self::Delaunator => delaunator::triangulate(kept, indices),
-            Self::Spade => spade::triangulate(kept, indices),
+            Self::Delaunator => delaunator::triangulate(kept, &|at| at, indices),
+            Self::Spade => spade::triangulate(kept, &|at| at, indices),
+        }
+    }
+
+    /// As [`Triangulator::triangulate`], with the samples inside the patch moved at random before they are connected.
+    /// Offsets above [`Jitter::SLIGHT`] may leave triangles without area, or turned over.
+    ///
+    /// # Panics
+    ///
+    /// As [`Triangulator::triangulate`]; and with `Grid`, which knows integers alone.
+    pub fn triangulate_jittered(self, kept: &KeptSamples, jitter: Jitter, indices: &mut Vec<u32>) {
+        kept.validate();
+        let moved = |at| jitter.moved(kept, at);
+        match self {
+            Self::Grid => panic!("the grid kernel cannot connect samples that are moved"),
+            Self::Delaunator => delaunator::triangulate(kept, &moved, indices),
+            Self::Spade => spade::triangulate(kept, &moved, indices),
         }
     }
 }
+
+/// Where in the plane a sample is put, from its column and row.
+type Place<'a> = &'a dyn Fn([f64; 2]) -> [f64; 2];
 
 impl KeptSamples<'_> {
     /// Column and row of all kept samples, row by row.

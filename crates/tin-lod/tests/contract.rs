@@ -74,6 +74,15 @@ fn every_triangulator() {
 }
 
 #[test]
+fn the_papers_jitter() {
+    for (triangulator, seed) in [(Triangulator::Delaunator, 1), (Triangulator::Spade, 2)] {
+        let options = Options { triangulator, jitter: Some(seed), ..Default::default() };
+        check(synthetic::generate(150, 161, 5), Options { patch: 16, tolerance_px: 0.25, ..options }, 31, 60);
+        check(synthetic::generate(150, 161, 5), Options { patch: 64, tolerance_px: 4.0, ..options }, 32, 60);
+    }
+}
+
+#[test]
 fn awkward_shapes_and_heights() {
     for (name, dem) in terrain::awkward() {
         for patch in [8, 16, 32, 64] {
@@ -146,6 +155,13 @@ fn options_out_of_range_are_refused_in_one_line() {
         refuse(Options { group: Some(4), ..Default::default() }),
         "group of 4 x 4 patches of 32 intervals: expected 1, 2 or 4, and at most 64 intervals"
     );
+}
+
+#[test]
+fn a_jitter_without_a_triangulator_of_floats_is_refused() {
+    let options = Options { jitter: Some(1), selector: Selector::Algorithm1, ..Default::default() };
+    assert_eq!(options.validate().unwrap_err().to_string(), "the jitter needs the triangulator delaunator or spade");
+    assert!(Options { triangulator: Triangulator::Spade, ..options }.validate().is_ok());
 }
 
 /// The whole of it: in every frame of a walk no sample in view is farther off than the tolerance, edges between levels

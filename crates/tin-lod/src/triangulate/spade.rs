@@ -2,11 +2,15 @@
 
 use spade::{DelaunayTriangulation, Point2, Triangulation};
 
-use super::KeptSamples;
+use super::{KeptSamples, Place};
 
-pub(super) fn triangulate(kept: &KeptSamples, indices: &mut Vec<u32>) {
+pub(super) fn triangulate(kept: &KeptSamples, place: Place, indices: &mut Vec<u32>) {
     let positions: Vec<_> = kept.positions().collect();
-    let points = positions.iter().map(|(column, row)| Point2::new(*column as f64, *row as f64)).collect();
+    let point = |(column, row): &(u32, u32)| {
+        let [x, y] = place([*column as f64, *row as f64]);
+        Point2::new(x, y)
+    };
+    let points = positions.iter().map(point).collect();
     let delaunay = DelaunayTriangulation::<Point2<f64>>::bulk_load_stable(points).expect("samples are finite");
     indices.reserve(3 * delaunay.num_inner_faces());
     for face in delaunay.inner_faces() {

@@ -9,10 +9,10 @@ mod terrain;
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
-use oracle::{Triangle, check, flipped_until_right, sorted, triangles};
+use oracle::{Triangle, check, check_tiling, doubled_area, flipped_until_right, sorted, triangles};
 use patches::Patch;
 use terrain_core::{Heightmap, SplitMix64};
-use tin_lod::{Border, NodeMaps, Nodes, Triangulator};
+use tin_lod::{Border, Jitter, NodeMaps, Nodes, Triangulator};
 
 fn triangulate(triangulator: Triangulator, patch: &Patch) -> Vec<Triangle> {
     let mut indices = Vec::new();
@@ -68,6 +68,43 @@ fn every_width_with_every_depth() {
 fn the_result_is_the_only_one_whatever_the_start() {
     for_seeds(200_000..203_000, 8, check_against_libraries);
     for_seeds(210_000..210_150, 20, check_against_libraries);
+}
+
+fn triangulate_jittered(triangulator: Triangulator, patch: &Patch, jitter: Jitter) -> Vec<Triangle> {
+    let mut indices = Vec::new();
+    triangulator.triangulate_jittered(&patch.kept(), jitter, &mut indices);
+    triangles(&indices)
+}
+
+#[test]
+fn a_slight_jitter_only_chooses_between_diagonals() {
+    let check = |patch: &Patch| {
+        for (library, seed) in [(Triangulator::Spade, 7), (Triangulator::Delaunator, 8)] {
+            let found = triangulate_jittered(library, patch, Jitter { amplitude: Jitter::SLIGHT, seed });
+            check_tiling(patch, &found).check_delaunay_but_for_ties();
+        }
+    };
+    for_seeds(300_000..306_000, 12, check);
+    for_seeds(310_000..311_500, 64, check);
+}
+
+#[test]
+fn a_jitter_follows_its_seed() {
+    let patch = Patch::new(16, 16, |_, _| true);
+    let jittered = |seed| triangulate_jittered(Triangulator::Spade, &patch, Jitter { amplitude: Jitter::SLIGHT, seed });
+    assert_eq!(jittered(1), jittered(1));
+    assert_ne!(sorted(jittered(1)), sorted(jittered(2)));
+    assert_ne!(sorted(jittered(1)), sorted(triangulate(Triangulator::Spade, &patch)));
+}
+
+/// Why the method offers no larger one.
+#[test]
+fn a_large_jitter_leaves_triangles_without_area() {
+    let patch = Patch::new(32, 32, |_, _| true);
+    for (amplitude, is_sound) in [(Jitter::SLIGHT, true), (0.5, false)] {
+        let found = triangulate_jittered(Triangulator::Delaunator, &patch, Jitter { amplitude, seed: 1 });
+        assert_eq!(found.into_iter().all(|triangle| doubled_area(triangle) > 0), is_sound, "{amplitude}");
+    }
 }
 
 #[test]
