@@ -3,13 +3,36 @@
 use crate::error::{ErrorDistribution, ErrorOracle};
 use crate::walk::RandomWalk;
 use crate::watertight::WatertightOracle;
-use crate::{FramePlan, FrameStats, Heightmap, LodMethod, MeshMirror, View};
+use crate::{FramePlan, FrameStats, Heightmap, LodMethod, MeshMirror, Sample, View};
 
 /// Walks `frames` frames over a DEM with a seeded camera and panics, naming seed and frame, where the method that
 /// `build` makes for a number of threads breaks its contract. The points are those of [`LodMethod`].
 pub fn check(heightmap: &Heightmap, build: impl Fn(usize) -> Box<dyn LodMethod>, seed: u64, frames: u32) {
-    let mut whole = Twins::new(heightmap, &build, false);
-    let mut culled = Twins::new(heightmap, &build, true);
+    check_heights(heightmap, &build, seed, frames, Heights::OfTheDem);
+}
+
+/// As [`check`], for a method that smooths: vertices may have other heights than the DEM, but all of one sample have
+/// the same, and it lies within those of the sample and its 8 neighbours.
+pub fn check_smoothed(heightmap: &Heightmap, build: impl Fn(usize) -> Box<dyn LodMethod>, seed: u64, frames: u32) {
+    check_heights(heightmap, &build, seed, frames, Heights::Smoothed);
+}
+
+/// What heights vertices may have.
+#[derive(Clone, Copy)]
+enum Heights {
+    OfTheDem,
+    Smoothed,
+}
+
+fn check_heights(
+    heightmap: &Heightmap,
+    build: &impl Fn(usize) -> Box<dyn LodMethod>,
+    seed: u64,
+    frames: u32,
+    heights: Heights,
+) {
+    let mut whole = Twins::new(heightmap, build, false, heights);
+    let mut culled = Twins::new(heightmap, build, true, heights);
     let walk = RandomWalk::new(seed, heightmap).take(frames as usize);
     for (frame, view) in walk.enumerate() {
         let at = format!("{}, seed {seed}, frame {frame}", whole.one.method.name());
@@ -40,13 +63,18 @@ struct Twins<'a> {
 }
 
 impl<'a> Twins<'a> {
-    fn new(heightmap: &'a Heightmap, build: &impl Fn(usize) -> Box<dyn LodMethod>, culling: bool) -> Self {
+    fn new(
+        heightmap: &'a Heightmap,
+        build: &impl Fn(usize) -> Box<dyn LodMethod>,
+        culling: bool,
+        heights: Heights,
+    ) -> Self {
         let build = |threads| {
             let mut method = build(threads);
             method.set_culling(culling);
             method
         };
-        let one = Subject::new(build(1), heightmap);
+        let one = Subject::new(build(1), heightmap, heights);
         Self { one, others: THREADS.map(build), plan_of_other: FramePlan::default() }
     }
 
@@ -70,7 +98,7 @@ impl<'a> Twins<'a> {
 /// `frames` frames and panics where one is not whole.
 pub fn check_live(heightmap: &Heightmap, mut method: Box<dyn LodMethod>, seed: u64, frames: u32) {
     method.set_culling(false);
-    let mut whole = Subject::new(method, heightmap);
+    let mut whole = Subject::new(method, heightmap, Heights::OfTheDem);
     for (frame, view) in RandomWalk::new(seed, heightmap).take(frames as usize).enumerate() {
         let at = format!("{}, live, seed {seed}, frame {frame}", whole.method.name());
         whole.plan(&view, &at);
@@ -86,6 +114,7 @@ fn same_bytes(a: &FramePlan, b: &FramePlan) -> bool {
 /// A method with its mirror and oracles.
 struct Subject<'a> {
     heightmap: &'a Heightmap,
+    heights: Heights,
     method: Box<dyn LodMethod>,
     plan: FramePlan,
     mirror: MeshMirror<'a>,
@@ -96,9 +125,10 @@ struct Subject<'a> {
 }
 
 impl<'a> Subject<'a> {
-    fn new(method: Box<dyn LodMethod>, heightmap: &'a Heightmap) -> Self {
+    fn new(method: Box<dyn LodMethod>, heightmap: &'a Heightmap, heights: Heights) -> Self {
         Self {
             heightmap,
+            heights,
             mirror: MeshMirror::new(&method.buffers(), heightmap),
             method,
             plan: FramePlan::default(),
@@ -141,10 +171,36 @@ impl<'a> Subject<'a> {
     }
 
     fn assert_heights(&self, at: &str) {
+        match self.heights {
+            Heights::OfTheDem => self.assert_heights_of_the_dem(at),
+            Heights::Smoothed => self.assert_smoothed_heights(at),
+        }
+    }
+
+    fn assert_heights_of_the_dem(&self, at: &str) {
         for triangle in self.mirror.triangles() {
             let expected = triangle.samples.map(|sample| self.heightmap.height_m(sample));
             assert_eq!(triangle.heights_m, expected, "{at}: heights that are not the DEM's at {:?}", triangle.samples);
         }
+    }
+
+    fn assert_smoothed_heights(&self, at: &str) {
+        let mut seen_m = vec![f32::NAN; self.heightmap.heights_m().len()];
+        for triangle in self.mirror.triangles() {
+            for (sample, height_m) in triangle.samples.into_iter().zip(triangle.heights_m) {
+                let seen_m = &mut seen_m[self.heightmap.index(sample) as usize];
+                assert!(seen_m.is_nan() || *seen_m == height_m, "{at}: two heights at {sample:?}");
+                *seen_m = height_m;
+                let [low_m, high_m] = self.heights_around(sample);
+                assert!((low_m..=high_m).contains(&height_m), "{at}: a height out of its neighbours' at {sample:?}");
+            }
+        }
+    }
+
+    /// The lowest and the highest of a sample and its neighbours.
+    fn heights_around(&self, Sample { column, row }: Sample) -> [f32; 2] {
+        let first = Sample { column: column.saturating_sub(1), row: row.saturating_sub(1) };
+        self.heightmap.height_range_m(first, Sample { column: column + 1, row: row + 1 })
     }
 }
 
@@ -169,6 +225,8 @@ mod tests {
         MissingTriangle,
         MissingTriangleWhenCulled,
         Height,
+        HeightOutOfRange,
+        TwoHeights,
         UploadsAlways,
         Threads,
         CulledThreads,
@@ -186,7 +244,7 @@ mod tests {
             BufferSizes {
                 vertex_kind: VertexKind::Baked,
                 index_format: IndexFormat::U32,
-                vertices: 8 * samples,
+                vertices: 8 * (samples + 1),
                 indices: 24 * samples,
                 instances: 0,
             }
@@ -202,7 +260,12 @@ mod tests {
             let (columns, rows) = (self.heightmap.columns(), self.heightmap.rows());
             if self.frame == 1 || self.wrong == Wrong::UploadsAlways {
                 let mut vertices = BakedVertex::whole_dem(&self.heightmap);
-                vertices[7].height_m += (self.wrong == Wrong::Height) as u32 as f32;
+                vertices.push(vertices[7]);
+                vertices[7].height_m += match self.wrong {
+                    Wrong::Height | Wrong::TwoHeights => 1.0,
+                    Wrong::HeightOutOfRange => 2.0,
+                    _ => 0.0,
+                };
                 vertices.truncate(if self.wrong == Wrong::NotUploaded { 9 } else { vertices.len() });
                 plan.upload(Buffer::Vertices, 0, &vertices);
                 let quad = |at: u32| [at, at + columns, at + 1, at + 1, at + columns, at + columns + 1];
@@ -210,6 +273,9 @@ mod tests {
                 let mut indices: Vec<u32> = quads.flat_map(quad).collect();
                 if self.wrong == Wrong::Clockwise {
                     indices.swap(0, 1);
+                }
+                if self.wrong == Wrong::TwoHeights {
+                    *indices.iter_mut().find(|index| **index == 7).unwrap() = columns * rows;
                 }
                 plan.upload(Buffer::Indices, 0, &indices);
             }
@@ -235,16 +301,37 @@ mod tests {
     }
 
     fn check_faulty(wrong: Wrong) {
+        check_faulty_heights(wrong, Heights::OfTheDem);
+    }
+
+    fn check_faulty_heights(wrong: Wrong, heights: Heights) {
         let heightmap = Heightmap::new(9, 8, [10.0; 2], (0..72).map(|i| (i % 5) as f32).collect()).unwrap();
         let build = |threads| -> Box<dyn LodMethod> {
             Box::new(Faulty { heightmap: heightmap.clone(), threads, frame: 0, culling: true, wrong })
         };
-        check(&heightmap, build, 3, 200);
+        check_heights(&heightmap, &build, 3, 200, heights);
     }
 
     #[test]
     fn nothing_wrong() {
         check_faulty(Wrong::Nothing);
+    }
+
+    #[test]
+    fn a_height_between_its_neighbours_is_wrong_but_where_heights_are_smoothed() {
+        check_faulty_heights(Wrong::Height, Heights::Smoothed);
+    }
+
+    #[test]
+    #[should_panic(expected = "a height out of its neighbours'")]
+    fn a_smoothed_height_that_no_mean_can_have() {
+        check_faulty_heights(Wrong::HeightOutOfRange, Heights::Smoothed);
+    }
+
+    #[test]
+    #[should_panic(expected = "two heights at")]
+    fn two_smoothed_heights_of_one_sample() {
+        check_faulty_heights(Wrong::TwoHeights, Heights::Smoothed);
     }
 
     macro_rules! notices {

@@ -16,12 +16,14 @@ use crate::mesh::{Triangulated, Update, is_outdated, tolerance_m_at};
 use crate::options::{EdgePolicy, Options};
 use crate::patches::{EdgeId, PatchGrid, PatchId};
 use crate::select::{Border, Mask, select_edge, select_interior};
+use crate::smoothing::{VertexRun, smoothed_rows};
 use crate::triangulate::KeptSamples;
 use crate::vertices::VertexPlace;
 
 /// Patches and edges as of their last updates.
 pub(crate) struct Algorithm1Mesh {
     grid: PatchGrid,
+    place: VertexPlace,
     patches: Vec<Patch>,
     edges: Vec<Edge>,
 }
@@ -55,7 +57,7 @@ impl Algorithm1Mesh {
         let all: Vec<PatchId> = (0..grid.patches()).collect();
         let patches = all.par_iter().map(|p| patch(*p)).collect();
         let edges = (0..grid.edges()).into_par_iter().map(edge).collect();
-        let mut mesh = Self { grid, patches, edges };
+        let mut mesh = Self { grid, place: options.vertex_strips(heightmap).place(), patches, edges };
         let (start, tolerances) = (Instant::now(), vec![f64::INFINITY; all.len()]);
         let select = mesh.select_interiors(heightmap, options, &all, &tolerances);
         let update = mesh.triangulate(heightmap, options, all, start, select);
@@ -151,13 +153,13 @@ impl Algorithm1Mesh {
         start: Instant,
         select: Duration,
     ) -> Update {
-        let place = options.vertex_strips(heightmap).place();
         let made = self.parallel(&batch, |mesh, patch| {
             let mut indices = Vec::new();
-            options.triangulate(patch, &mesh.kept_samples(place, patch), &mut indices);
+            options.triangulate(patch, &mesh.kept_samples(patch), &mut indices);
             indices
         });
         let triangulate = made.iter().map(|(_, spent)| *spent).sum();
+        let vertices = if options.smoothing { self.smoothed(heightmap, &batch) } else { Vec::new() };
         let finish = |(patch, (indices, _)): (PatchId, (Vec<u32>, Duration))| Triangulated {
             node: patch,
             tolerance_m: self.patches[patch as usize].tolerance_m,
@@ -172,18 +174,24 @@ impl Algorithm1Mesh {
             update: start.elapsed(),
             ..Default::default()
         };
-        Update { triangulated, retired: Vec::new(), report }
+        Update { triangulated, retired: Vec::new(), vertices, report }
     }
 
-    fn kept_samples(&self, place: VertexPlace, patch: PatchId) -> KeptSamples<'_> {
+    /// The vertices of these patches that smoothing changes.
+    fn smoothed(&self, heightmap: &Heightmap, batch: &[PatchId]) -> Vec<VertexRun> {
+        let runs = |p: &PatchId| smoothed_rows(heightmap, self.grid.area(*p).first, &self.kept_samples(*p));
+        batch.par_iter().flat_map_iter(runs).collect()
+    }
+
+    fn kept_samples(&self, patch: PatchId) -> KeptSamples<'_> {
         let area = self.grid.area(patch);
         KeptSamples {
             width: area.width,
             depth: area.depth,
             border: self.border(patch),
             interior: &self.patches[patch as usize].interior,
-            first_index: place.first_index,
-            row_stride: place.row_stride,
+            first_index: self.place.first_index,
+            row_stride: self.place.row_stride,
         }
     }
 

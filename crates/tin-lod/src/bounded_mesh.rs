@@ -136,7 +136,7 @@ impl BoundedMesh {
         report.patches = triangulated.iter().filter(|t| t.indices.is_some()).count() as u32;
         report.triangles = triangulated.iter().map(Triangulated::triangles).sum();
         report.update = start.elapsed();
-        Update { triangulated, retired, report }
+        Update { triangulated, retired, vertices: Vec::new(), report }
     }
 
     fn make(&self, heightmap: &Heightmap, node: NodeId) -> Made {

@@ -4,7 +4,7 @@
 //!
 //! The DEM is divided into square patches. For each patch in view whose projected error has changed, the samples to
 //! keep are selected (Algorithm 1), connected by a Delaunay triangulation in the plane, and written to the patch's
-//! region of the index buffer; the vertex buffer is the DEM and never changes.
+//! region of the index buffer; the vertex buffer is the DEM and never changes (but for [`Options::smoothing`]).
 //!
 //! | in the paper | here |
 //! |---|---|
@@ -16,7 +16,7 @@
 //! | normals in a texture (4) | the renderer |
 //! | asynchronous update (4) | `worker.rs`, [`Schedule::Live`]; with [`Schedule::Blocking`] a plan waits |
 //! | "a hierarchical data structure" for visibility (4) | `cull.rs` |
-//! | smoothing of selected heights (3.3, last paragraph) | not yet |
+//! | smoothing of selected heights (3.3, last paragraph) | `smoothing.rs`, [`Options::smoothing`] |
 //!
 //! Beyond the paper: a selection whose tolerance is a bound ([`Selector::Bounded`]). A [`ThresholdMap`] says of every
 //! sample at which levels of the tolerance ([`ladder`]) it is needed; a [`Selection`] keeps those of a level; a
@@ -42,6 +42,7 @@ mod options;
 mod patches;
 mod select;
 mod selection;
+mod smoothing;
 mod threshold_map;
 mod triangulate;
 mod vertices;

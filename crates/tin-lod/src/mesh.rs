@@ -14,6 +14,7 @@ use crate::ladder::level_of;
 use crate::nodes::{NodeId, Nodes};
 use crate::options::{Options, Selector};
 use crate::patches::PatchId;
+use crate::smoothing::VertexRun;
 
 /// Patches, groups and edges as of their last updates. Algorithm 1 has no groups.
 pub(crate) enum Mesh {
@@ -43,6 +44,8 @@ pub(crate) struct Update {
     pub triangulated: Vec<Triangulated>,
     /// Nodes that are no longer in the mesh.
     pub retired: Vec<NodeId>,
+    /// Vertices that change; with smoothing alone.
+    pub vertices: Vec<VertexRun>,
     pub report: WorkReport,
 }
 

@@ -118,7 +118,7 @@ impl Tin {
     fn initialise(&mut self, plan: &mut FramePlan) {
         if let Some(coarsest) = self.coarsest.take() {
             plan.upload(Buffer::Vertices, 0, &self.strips.fill(&self.heightmap));
-            self.map_to_index_buffer(coarsest, plan);
+            self.map_to_buffers(coarsest, plan);
         }
     }
 
@@ -134,11 +134,11 @@ impl Tin {
                 worker.finished()
             }
         };
-        updates.into_iter().for_each(|update| self.map_to_index_buffer(update, plan));
+        updates.into_iter().for_each(|update| self.map_to_buffers(update, plan));
     }
 
-    /// The last step of Algorithm 2: the triangles of each node into the node's room.
-    fn map_to_index_buffer(&mut self, update: Update, plan: &mut FramePlan) {
+    /// The last step of Algorithm 2: the triangles of each node into the node's room. Smoothed vertices with them.
+    fn map_to_buffers(&mut self, update: Update, plan: &mut FramePlan) {
         for node in update.retired {
             self.rooms.place(node, 0);
         }
@@ -148,6 +148,10 @@ impl Tin {
             if let Some(indices) = made.indices {
                 self.upload(made.node, &indices, plan);
             }
+        }
+        for run in update.vertices {
+            let first = self.strips.inner_vertex(run.first) as u64;
+            plan.upload(Buffer::Vertices, first * size_of::<BakedVertex>() as u64, &run.vertices);
         }
         plan.work.push(update.report);
     }

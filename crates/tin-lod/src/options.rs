@@ -79,6 +79,9 @@ pub struct Options {
     /// triangulators need none. The offsets are those that keep the mesh sound ([`Jitter::SLIGHT`]), so all that they
     /// change is which diagonal is taken where either will do. Not with [`Triangulator::Grid`]. Default: none.
     pub jitter: Option<u64>,
+    /// Algorithm 1: whether a selected sample inside a patch gets the mean height of itself and its neighbours that
+    /// are not selected (section 3.3, last paragraph). Updates then write vertices, too. Default: no.
+    pub smoothing: bool,
     /// Threads that triangulate, 1 or more. Default 1. The result does not depend on it.
     pub threads: usize,
 }
@@ -96,6 +99,7 @@ impl Default for Options {
             triangulator: Triangulator::default(),
             index_store: IndexStore::default(),
             jitter: None,
+            smoothing: false,
             threads: 1,
         }
     }
@@ -135,6 +139,9 @@ pub enum TinError {
     /// The grid kernel works in integers.
     #[error("the jitter needs the triangulator delaunator or spade")]
     Jitter,
+    /// The bound is one for the DEM's heights.
+    #[error("smoothing needs the selector algorithm1")]
+    Smoothing,
     /// No thread at all.
     #[error("0 threads: expected 1 or more")]
     NoThreads,
@@ -163,6 +170,9 @@ impl Options {
         }
         if self.jitter.is_some() && self.triangulator == Triangulator::Grid {
             return Err(TinError::Jitter);
+        }
+        if self.smoothing && self.selector == Selector::Bounded {
+            return Err(TinError::Smoothing);
         }
         if self.threads == 0 {
             return Err(TinError::NoThreads);

@@ -114,6 +114,11 @@ impl KeptSamples<'_> {
         }
     }
 
+    /// The kept samples of a row, both ends included: bit `i` for column `i`, up to 65 of them.
+    pub(crate) fn row(&self, row: u32) -> u128 {
+        self.inner_row(row) as u128 | self.has_west(row) as u128 | (self.has_east(row) as u128) << self.width
+    }
+
     fn has_west(&self, row: u32) -> bool {
         row == 0 || row == self.depth || self.border.west >> row & 1 == 1
     }

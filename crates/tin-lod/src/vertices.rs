@@ -67,8 +67,12 @@ impl VertexStrips {
 
     /// The vertex of a node's north-western corner. The node must not reach into the next strip.
     pub fn first_vertex(&self, area: PatchArea) -> u32 {
-        let Sample { column, row } = area.first;
-        debug_assert!(column % self.side + area.width <= self.side, "a node in two strips");
+        debug_assert!(area.first.column % self.side + area.width <= self.side, "a node in two strips");
+        self.inner_vertex(area.first)
+    }
+
+    /// The vertex of a sample inside a node. On the border between two strips there is another one in the western strip.
+    pub fn inner_vertex(&self, Sample { column, row }: Sample) -> u32 {
         (column / self.side * self.rows + row) * self.row_stride() + column % self.side
     }
 

@@ -83,6 +83,42 @@ fn the_papers_jitter() {
 }
 
 #[test]
+fn smoothed_heights() {
+    for (patch, edge_policy, seed) in [(8, EdgePolicy::Matched, 41), (32, EdgePolicy::Paper, 42)] {
+        let algorithm1 = Options { selector: Selector::Algorithm1, edge_policy, patch, ..Default::default() };
+        let options = Options { smoothing: true, tolerance_px: 2.0, ..algorithm1 };
+        let dem = Arc::new(synthetic::generate(193, 130, 5));
+        let build = |threads| -> Box<dyn LodMethod> {
+            Box::new(Tin::new(dem.clone(), Options { threads, ..options }).unwrap())
+        };
+        contract::check_smoothed(&dem, build, seed, 100);
+    }
+}
+
+/// Where patches meet, so that patches of different levels agree; and elsewhere they do differ.
+#[test]
+fn borders_are_not_smoothed() {
+    let dem = Arc::new(synthetic::generate(193, 130, 5));
+    let options = Options { selector: Selector::Algorithm1, smoothing: true, patch: 16, ..Default::default() };
+    let mut tin = Tin::new(dem.clone(), options).unwrap();
+    let mut mirror = MeshMirror::new(&tin.buffers(), &dem);
+    let (mut plan, mut smoothed) = (FramePlan::default(), 0);
+    for (frame, view) in RandomWalk::new(6, &dem).take(100).enumerate() {
+        tin.plan(&view, &mut plan);
+        mirror.replay(&plan).unwrap();
+        for triangle in mirror.triangles() {
+            for (sample, height_m) in triangle.samples.into_iter().zip(triangle.heights_m) {
+                let on_border = sample.column % 16 == 0 || sample.row % 16 == 0;
+                let differs = height_m != dem.height_m(sample);
+                assert!(!(on_border && differs), "frame {frame}, {sample:?}");
+                smoothed += differs as u64;
+            }
+        }
+    }
+    assert!(smoothed > 0);
+}
+
+#[test]
 fn awkward_shapes_and_heights() {
     for (name, dem) in terrain::awkward() {
         for patch in [8, 16, 32, 64] {
@@ -155,6 +191,12 @@ fn options_out_of_range_are_refused_in_one_line() {
         refuse(Options { group: Some(4), ..Default::default() }),
         "group of 4 x 4 patches of 32 intervals: expected 1, 2 or 4, and at most 64 intervals"
     );
+}
+
+#[test]
+fn smoothing_with_the_bounded_selector_is_refused() {
+    let refused = Options { smoothing: true, ..Default::default() }.validate().unwrap_err().to_string();
+    assert_eq!(refused, "smoothing needs the selector algorithm1");
 }
 
 #[test]
