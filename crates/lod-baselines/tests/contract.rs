@@ -1,6 +1,6 @@
 //! All baselines keep the contract of all methods, culled and whole, on DEMs of awkward shapes too.
 
-use lod_baselines::Decimated;
+use lod_baselines::{Decimated, Rqt};
 use terrain_core::{Heightmap, LodMethod, contract};
 
 /// Synthetic terrain with a spacing of its own.
@@ -24,5 +24,12 @@ fn check(build: impl Fn(&Heightmap) -> Box<dyn LodMethod>, frames: u32) {
 fn decimated_by_any_step() {
     for step in [1, 2, 3, 8, 64, 200] {
         check(|dem| Box::new(Decimated::new(dem, step).unwrap()), 20);
+    }
+}
+
+#[test]
+fn rqt_at_tolerances_from_all_samples_to_hardly_any() {
+    for tolerance_px in [0.01, 1.0, 20.0, 1e4] {
+        check(|dem| Box::new(Rqt::new(dem, tolerance_px).unwrap()), 30);
     }
 }
