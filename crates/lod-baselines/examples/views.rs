@@ -9,7 +9,7 @@
 //! The error is the largest of all samples of the DEM, in view or not.
 
 use cpu_time::ProcessTime;
-use lod_baselines::Rqt;
+use lod_baselines::{Geomipmap, Rqt};
 use terrain_core::error::ErrorOracle;
 use terrain_core::{Camera, FramePlan, FrameStats, Heightmap, Lens, LodMethod, MeshMirror, Sample, View};
 use terrain_dem::ReadOptions;
@@ -21,7 +21,7 @@ fn main() {
     let dem = terrain_dem::open(&args[0], &read).expect("a readable DEM").heightmap;
     println!("method      px    eye     triangles   in view  draws  max px  plan ms  in view ms");
     for tolerance_px in (3..args.len()).map(number) {
-        for name in ["rqt"] {
+        for name in ["rqt", "geomipmap"] {
             for (eye, view) in views(&dem) {
                 let method = build(name, &dem, tolerance_px);
                 println!("{name:10} {tolerance_px:<5} {eye:7} {}", measure(method, &dem, &view));
@@ -33,6 +33,7 @@ fn main() {
 fn build(name: &str, dem: &Heightmap, tolerance_px: f64) -> Box<dyn LodMethod> {
     match name {
         "rqt" => Box::new(Rqt::new(dem, tolerance_px).expect("a usable tolerance")),
+        "geomipmap" => Box::new(Geomipmap::new(dem, tolerance_px).expect("a usable tolerance")),
         _ => unreachable!("{name} is in the list"),
     }
 }

@@ -1,6 +1,6 @@
 //! The tolerance bounds the error at every sample of the DEM, in view or not, for the methods that say so.
 
-use lod_baselines::Rqt;
+use lod_baselines::{Geomipmap, Rqt};
 use terrain_core::error::ErrorOracle;
 use terrain_core::walk::RandomWalk;
 use terrain_core::{FramePlan, Heightmap, LodMethod, MeshMirror, Sample, View};
@@ -42,6 +42,17 @@ fn of_rqt() {
         let dem = synthetic::generate(columns, rows, 7);
         for tolerance_px in [1.0, 4.0, 30.0] {
             check(&dem, Rqt::new(&dem, tolerance_px).unwrap(), tolerance_px, columns as u64);
+        }
+    }
+}
+
+/// Wide, for enough blocks that levels differ.
+#[test]
+fn of_geomipmap() {
+    for [columns, rows] in [[257, 257], [300, 170]] {
+        let dem = synthetic::generate(columns, rows, 7);
+        for tolerance_px in [4.0, 10.0, 30.0] {
+            check(&dem, Geomipmap::new(&dem, tolerance_px).unwrap(), tolerance_px, columns as u64);
         }
     }
 }

@@ -1,6 +1,6 @@
 //! All baselines keep the contract of all methods, culled and whole, on DEMs of awkward shapes too.
 
-use lod_baselines::{Decimated, Rqt};
+use lod_baselines::{Decimated, Geomipmap, Rqt};
 use terrain_core::{Heightmap, LodMethod, contract};
 
 /// Synthetic terrain with a spacing of its own.
@@ -31,5 +31,12 @@ fn decimated_by_any_step() {
 fn rqt_at_tolerances_from_all_samples_to_hardly_any() {
     for tolerance_px in [0.01, 1.0, 20.0, 1e4] {
         check(|dem| Box::new(Rqt::new(dem, tolerance_px).unwrap()), 30);
+    }
+}
+
+#[test]
+fn geomipmap_at_tolerances_from_all_samples_to_hardly_any() {
+    for tolerance_px in [0.01, 1.0, 20.0, 200.0, 1e4] {
+        check(|dem| Box::new(Geomipmap::new(dem, tolerance_px).unwrap()), 30);
     }
 }
