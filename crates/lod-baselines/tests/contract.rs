@@ -1,7 +1,10 @@
 //! All baselines keep the contract of all methods, culled and whole, on DEMs of awkward shapes too.
 
 use lod_baselines::{Decimated, Geomipmap, Rqt};
-use terrain_core::{Heightmap, LodMethod, contract};
+use std::collections::BTreeSet;
+
+use terrain_core::walk::RandomWalk;
+use terrain_core::{FramePlan, Heightmap, LodMethod, contract};
 
 /// Synthetic terrain with a spacing of its own.
 fn terrain(columns: u32, rows: u32, spacing_m: [f64; 2]) -> Heightmap {
@@ -39,4 +42,25 @@ fn geomipmap_at_tolerances_from_all_samples_to_hardly_any() {
     for tolerance_px in [0.01, 1.0, 20.0, 200.0, 1e4] {
         check(|dem| Box::new(Geomipmap::new(dem, tolerance_px).unwrap()), 30);
     }
+}
+
+/// There are 81 lists for whole blocks, and most need several blocks of differing levels around one. `lists.rs` proves
+/// each of them; here blocks meet.
+#[test]
+fn most_lists_of_geomipmap_are_drawn_and_keep_the_contract() {
+    let dem = terrain(257, 257, [30.0, 25.0]);
+    let mut lists = BTreeSet::new();
+    for tolerance_px in [3.0, 15.0, 60.0] {
+        let (seed, frames) = (3, 80);
+        contract::check(&dem, |_threads| Box::new(Geomipmap::new(&dem, tolerance_px).unwrap()), seed, frames);
+        let mut method = Geomipmap::new(&dem, tolerance_px).unwrap();
+        let mut plan = FramePlan::default();
+        for view in RandomWalk::new(seed, &dem).take(frames as usize) {
+            method.plan(&view, &mut plan);
+            lists.extend(plan.draws.iter().map(|draw| (draw.instances.start % 16, draw.indices.start)));
+        }
+    }
+    assert!(lists.len() > 40, "{} lists: {lists:?}", lists.len());
+    let levels: BTreeSet<u32> = lists.into_iter().map(|(level, _)| level).collect();
+    assert_eq!(levels, BTreeSet::from([0, 1, 2, 3, 4, 5]));
 }
