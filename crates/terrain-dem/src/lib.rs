@@ -1,8 +1,10 @@
 //! Elevation files in, terrain meshes out, and seeded synthetic terrain.
 //!
 //! [`open`] takes what a user types: a file, the name of a DEM that comes with the program, or `synthetic:193x250:7`.
-//! A file is a 16-bit greyscale PNG, the northern row first; `height_m = value * scale + offset_m`. A TOML file of the
-//! same name beside it (the sidecar) says what the numbers mean:
+//! A file is known by its content: GeoTIFF, PNG (16-bit greyscale), SRTM `.hgt`, ESRI ASCII grid, `.bil` and `.flt` with
+//! their `.hdr`, PGM, `.npy`, each also in a gzip or zip. Its northern row becomes the first one;
+//! `height_m = value * scale + offset_m`. A TOML file of the same name beside it (the sidecar) says what the file does
+//! not:
 //!
 //! ```toml
 //! spacing_m = [74.8, 92.5]   # metres between samples in x and z, or one number for both
@@ -13,17 +15,27 @@
 //! notice = "what its owner wants to be shown with it"
 //! ```
 //!
-//! [`ReadOptions`] override the sidecar.
+//! [`ReadOptions`] override the sidecar, and the sidecar the file.
+//!
+//! Reading goes in three steps: `formats` finds the decoder and reads the header, which must agree with the file's length
+//! before anything is allocated for it; the decoder puts its samples row by row into a `raster::Heights`; `load` turns
+//! these into a [`Dem`], its voids filled.
 
 mod atomic;
 mod error;
+mod formats;
+mod georef;
+mod input;
+mod load;
+mod options;
 mod ply;
-mod png;
+mod raster;
+mod samples;
 mod sidecar;
 pub mod synthetic;
+mod voids;
 
-use std::fs::File;
-use std::io::{self, BufRead, BufReader, Cursor, Seek};
+use std::io;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -31,9 +43,12 @@ use terrain_core::Heightmap;
 
 pub use atomic::write_atomically;
 pub use error::DemError;
+pub use formats::png::write_png16;
+pub use options::{ColourCode, HeightUnit, RawLayout, ReadOptions, VoidPolicy};
 pub use ply::write_ply;
-pub use png::write_png16;
+pub use voids::VoidMask;
 
+use input::Input;
 use sidecar::Sidecar;
 
 /// The largest DEM in samples: 23,170 x 23,170, or about 3 GB of memory while it is read.
@@ -59,19 +74,35 @@ pub struct Dem {
     pub licence: Option<String>,
     /// What its owner wants to be shown with it.
     pub notice: Option<String>,
+    /// Which samples had no height, and hold one from their rim; `None` where all had one.
+    pub voids: Option<Arc<VoidMask>>,
+    /// What the file was taken for.
+    pub reading: Reading,
 }
 
-/// What the user says about a DEM. `None` leaves it to the sidecar.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct ReadOptions {
-    /// Metres between neighbouring samples in x and z, positive. Without it the sidecar must say it.
-    pub spacing_m: Option<[f64; 2]>,
-    /// Metres a unit; 1 if the sidecar does not say it either.
-    pub scale: Option<f64>,
-    /// Height of the value 0 in metres; 0 if the sidecar does not say it either.
-    pub offset_m: Option<f64>,
-    /// Take a PNG of 8 bits a sample too, whose 256 heights show as steps; off by default.
-    pub allow_8_bit: bool,
+/// What the reader understood of a file.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Reading {
+    /// In words: `GeoTIFF, tiles of 256 x 256, LZW`.
+    pub format: String,
+    /// The type of the samples: `int16`.
+    pub samples: &'static str,
+    /// Samples at one place, of which one is read.
+    pub bands: u32,
+    /// Who said the spacing, and how.
+    pub spacing_from: String,
+    /// The coordinate system, as the file names it.
+    pub crs: Option<String>,
+    /// The unit of the heights in the file, if it or the user says it; metres are assumed otherwise.
+    pub unit: Option<HeightUnit>,
+    /// Metres a step of the file's values.
+    pub scale: f64,
+    /// Metres at the value 0.
+    pub offset_m: f64,
+    /// The value that stood for no height.
+    pub nodata: Option<f64>,
+    /// What the user should know, one line each; the file's name is not in them.
+    pub warnings: Vec<String>,
 }
 
 /// Opens what the user typed: `synthetic:COLUMNSxROWS:SEED`, a name in [`built_in_names`], or else a path
@@ -82,7 +113,7 @@ pub fn open(spec: &str, options: &ReadOptions) -> Result<Dem, DemError> {
     }
     if let Some((name, png, sidecar)) = BUILT_IN.iter().find(|(name, ..)| *name == spec) {
         let sidecar = Sidecar::parse(&format!("{name}.toml"), sidecar)?;
-        return decode(name, name, Cursor::new(*png), sidecar, options);
+        return load::load(Input::memory((*name).to_owned(), format!("{name}.png"), *png)?, sidecar, options);
     }
     read(Path::new(spec), options)
 }
@@ -90,7 +121,7 @@ pub fn open(spec: &str, options: &ReadOptions) -> Result<Dem, DemError> {
 /// What a user may name, for messages.
 fn expected() -> String {
     let built_in: Vec<&str> = built_in_names().collect();
-    format!("{}, {}COLUMNSxROWS:SEED, or a built-in DEM: {}", png::EXPECTED, synthetic::PREFIX, built_in.join(", "))
+    format!("{}, {}COLUMNSxROWS:SEED, or a built-in DEM: {}", formats::EXPECTED, synthetic::PREFIX, built_in.join(", "))
 }
 
 /// The DEMs that come with the program.
@@ -98,7 +129,7 @@ pub fn built_in_names() -> impl Iterator<Item = &'static str> {
     BUILT_IN.iter().map(|(name, ..)| *name)
 }
 
-/// Reads a PNG and its sidecar.
+/// Reads an elevation file and its sidecar.
 pub fn read(path: &Path, options: &ReadOptions) -> Result<Dem, DemError> {
     let shown = path.display().to_string();
     let io_error = |source: io::Error| match source.kind() {
@@ -106,34 +137,9 @@ pub fn read(path: &Path, options: &ReadOptions) -> Result<Dem, DemError> {
         _ => DemError::io("read", path, source),
     };
     if !path.metadata().map_err(io_error)?.is_file() {
-        return Err(DemError::input(&shown, format!("not a file; expected {}", png::EXPECTED)));
+        return Err(DemError::input(&shown, format!("not a file; expected {}", formats::EXPECTED)));
     }
-    let file = BufReader::new(File::open(path).map_err(io_error)?);
-    let name = path.file_stem().unwrap_or_default().to_string_lossy();
-    decode(&name, &shown, file, Sidecar::read(&path.with_extension("toml"))?, options)
-}
-
-/// `shown` stands for the file in messages.
-fn decode(
-    name: &str,
-    shown: &str,
-    file: impl BufRead + Seek,
-    sidecar: Sidecar,
-    options: &ReadOptions,
-) -> Result<Dem, DemError> {
-    let Some(spacing_m) = options.spacing_m.or(sidecar.spacing_m) else {
-        let reason = "no spacing; expected `spacing_m = [30.0, 30.0]` (metres) in a file of the same name that ends in \
-                      .toml, or --spacing 30";
-        return Err(DemError::input(shown, reason.to_owned()));
-    };
-    let image = png::decode(shown, file, options.allow_8_bit)?;
-    let scale = options.scale.or(sidecar.scale).unwrap_or(1.0);
-    let offset_m = options.offset_m.or(sidecar.offset_m).unwrap_or(0.0);
-    let heights_m = image.values.iter().map(|&value| (value as f64 * scale + offset_m) as f32).collect();
-    let heightmap = Heightmap::new(image.columns, image.rows, spacing_m, heights_m)
-        .map_err(|e| DemError::input(shown, e.to_string()))?;
-    let Sidecar { source, licence, notice, .. } = sidecar;
-    Ok(Dem { name: name.to_owned(), heightmap: Arc::new(heightmap), source, licence, notice })
+    load::load(Input::open(path)?, Sidecar::read(&path.with_extension("toml"))?, options)
 }
 
 fn open_synthetic(spec: &str, options: &ReadOptions) -> Result<Dem, DemError> {
@@ -151,8 +157,30 @@ fn open_synthetic(spec: &str, options: &ReadOptions) -> Result<Dem, DemError> {
     let spacing_m = options.spacing_m.unwrap_or(plain.spacing_m());
     let heightmap =
         Heightmap::new(columns, rows, spacing_m, heights_m).map_err(|e| DemError::input(spec, e.to_string()))?;
-    let name = format!("synthetic-{columns}x{rows}-{seed}");
-    Ok(Dem { name, heightmap: Arc::new(heightmap), source: Some(spec.to_owned()), licence: None, notice: None })
+    Ok(Dem {
+        name: format!("synthetic-{columns}x{rows}-{seed}"),
+        heightmap: Arc::new(heightmap),
+        source: Some(spec.to_owned()),
+        licence: None,
+        notice: None,
+        voids: None,
+        reading: synthetic_reading(options),
+    })
+}
+
+fn synthetic_reading(options: &ReadOptions) -> Reading {
+    Reading {
+        format: "synthetic".to_owned(),
+        samples: "float32",
+        bands: 1,
+        spacing_from: options.spacing_m.map_or("the generator", |_| "--spacing").to_owned(),
+        crs: None,
+        unit: Some(HeightUnit::Metre),
+        scale: options.scale.unwrap_or(1.0),
+        offset_m: options.offset_m.unwrap_or(0.0),
+        nodata: None,
+        warnings: Vec::new(),
+    }
 }
 
 #[cfg(test)]

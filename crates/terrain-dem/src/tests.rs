@@ -7,8 +7,9 @@ use terrain_core::Sample;
 
 use super::*;
 
-const SPACED: ReadOptions =
-    ReadOptions { spacing_m: Some([30.0, 30.0]), scale: None, offset_m: None, allow_8_bit: false };
+fn spaced() -> ReadOptions {
+    ReadOptions { spacing_m: Some([30.0, 30.0]), ..ReadOptions::default() }
+}
 
 /// A folder with `dem.png`, 3 x 2 samples with the values 0 to 50000.
 fn folder() -> (TempDir, PathBuf) {
@@ -44,7 +45,7 @@ fn values_become_heights_by_the_sidecar() {
 fn options_override_the_sidecar() {
     let (folder, path) = folder();
     fs::write(folder.path().join("dem.toml"), "spacing_m = 9\nscale = 5\noffset_m = 5\n").unwrap();
-    let options = ReadOptions { scale: Some(2.0), offset_m: Some(-1.0), ..SPACED };
+    let options = ReadOptions { scale: Some(2.0), offset_m: Some(-1.0), ..spaced() };
     let heights_m = vec![-1.0, 1.0, 3.0, 599.0, 7999.0, 99_999.0];
     assert_eq!(*read(&path, &options).unwrap().heightmap, Heightmap::new(3, 2, [30.0; 2], heights_m).unwrap());
 }
@@ -60,7 +61,7 @@ fn no_spacing_is_refused() {
 fn sidecar_mistakes_are_refused_with_line_and_column() {
     let (folder, path) = folder();
     fs::write(folder.path().join("dem.toml"), "spacing_m = 30\nscale = nan\n").unwrap();
-    assert_eq!(refusal(&path, &SPACED), "dem.toml:2:9: `scale` is NaN; expected a finite number");
+    assert_eq!(refusal(&path, &spaced()), "dem.toml:2:9: `scale` is NaN; expected a finite number");
 }
 
 #[test]
@@ -68,9 +69,9 @@ fn numbers_that_give_no_heights_are_refused() {
     let (_folder, path) = folder();
     let refuse = |options| refusal(&path, &options);
     let expected = "dem.png: spacing 30 x -1 m: expected two positive, finite numbers";
-    assert_eq!(refuse(ReadOptions { spacing_m: Some([30.0, -1.0]), ..SPACED }), expected);
-    let expected = "dem.png: height NaN at column 0, row 0: expected a finite number";
-    assert_eq!(refuse(ReadOptions { scale: Some(f64::NAN), ..SPACED }), expected);
+    assert_eq!(refuse(ReadOptions { spacing_m: Some([30.0, -1.0]), ..spaced() }), expected);
+    let expected = "dem.png: scale NaN, offset 0: expected two finite numbers";
+    assert_eq!(refuse(ReadOptions { scale: Some(f64::NAN), ..spaced() }), expected);
 }
 
 #[test]
@@ -79,8 +80,8 @@ fn eight_bits_are_taken_only_on_demand() {
     write_png(&path, [2, 2], ExtendedColorType::L8, &[0, 1, 2, 255]);
     let expected = "dem.png: an 8-bit greyscale PNG, whose 256 heights show as steps; expected a 16-bit greyscale PNG, or \
                     --allow-8-bit";
-    assert_eq!(refusal(&path, &SPACED), expected);
-    let dem = read(&path, &ReadOptions { allow_8_bit: true, ..SPACED }).unwrap();
+    assert_eq!(refusal(&path, &spaced()), expected);
+    let dem = read(&path, &ReadOptions { allow_8_bit: true, ..spaced() }).unwrap();
     assert_eq!(dem.heightmap.heights_m(), [0.0, 1.0, 2.0, 255.0]);
 }
 
@@ -89,26 +90,32 @@ fn other_files_are_refused_for_what_they_are() {
     let (folder, path) = folder();
     let refuse = |bytes: &[u8]| {
         fs::write(&path, bytes).unwrap();
-        refusal(&path, &SPACED)
+        refusal(&path, &spaced())
     };
-    let expected = "dem.png: not a PNG (starts with \"north 1 2\\n3 \"); expected a 16-bit greyscale PNG";
+    let expected = format!(
+        "dem.png: of no known format (starts with \"north 1 2\\n3 \"); expected {}, or --raw for samples without a header",
+        formats::EXPECTED
+    );
     assert_eq!(refuse(b"north 1 2\n3 4 5 6"), expected);
-    assert_eq!(refuse(b""), "dem.png: an empty file; expected a 16-bit greyscale PNG");
+    assert_eq!(refuse(b""), format!("dem.png: an empty file; expected {}", formats::EXPECTED));
     let expected = "dem.png: a PNG without a header; expected a 16-bit greyscale PNG: fetch it again";
     assert_eq!(refuse(b"\x89PNG\r\n\x1a\n"), expected);
 
     write_png(&path, [2, 2], ExtendedColorType::Rgb8, &[0; 12]);
-    assert_eq!(refusal(&path, &SPACED), "dem.png: a PNG of 8-bit colour; expected a 16-bit greyscale PNG: convert it");
+    assert_eq!(
+        refusal(&path, &spaced()),
+        "dem.png: a PNG of 8-bit colour; expected a 16-bit greyscale PNG: convert it"
+    );
     write_png(&path, [2, 2], ExtendedColorType::La16, &[0; 16]);
     let expected = "dem.png: a PNG of 16-bit greyscale and alpha; expected a 16-bit greyscale PNG: convert it";
-    assert_eq!(refusal(&path, &SPACED), expected);
+    assert_eq!(refusal(&path, &spaced()), expected);
     write_png(&path, [1, 9], ExtendedColorType::L16, &[0; 18]);
     let expected = "dem.png: 1 x 9 samples; expected 2 to 65535 a side and at most 536870912 in all: crop it";
-    assert_eq!(refusal(&path, &SPACED), expected);
+    assert_eq!(refusal(&path, &spaced()), expected);
 
     fs::create_dir(folder.path().join("folder.png")).unwrap();
-    let expected = "folder.png: not a file; expected a 16-bit greyscale PNG";
-    assert_eq!(refusal(&folder.path().join("folder.png"), &SPACED), expected);
+    let expected = format!("folder.png: not a file; expected {}", formats::EXPECTED);
+    assert_eq!(refusal(&folder.path().join("folder.png"), &spaced()), expected);
 }
 
 /// A small file must not make us allocate what its header promises.
@@ -119,17 +126,19 @@ fn sizes_beyond_the_limit_are_refused_by_the_header() {
     bytes[16..24].copy_from_slice(&[0, 0, 255, 255, 0, 0, 255, 255]);
     fs::write(&path, bytes).unwrap();
     let expected = "dem.png: 65535 x 65535 samples; expected 2 to 65535 a side and at most 536870912 in all: crop it";
-    assert_eq!(refusal(&path, &SPACED), expected);
+    assert_eq!(refusal(&path, &spaced()), expected);
 }
 
 #[test]
 fn a_file_that_is_not_there_is_bad_input_and_one_that_cannot_be_written_is_not() {
     let (folder, path) = folder();
-    let expected = "none.png: no such file; expected a 16-bit greyscale PNG, synthetic:COLUMNSxROWS:SEED, or a \
-                    built-in DEM: jacksboro";
-    assert_eq!(refusal(&folder.path().join("none.png"), &SPACED), expected);
+    let expected = format!(
+        "none.png: no such file; expected {}, synthetic:COLUMNSxROWS:SEED, or a built-in DEM: jacksboro",
+        formats::EXPECTED
+    );
+    assert_eq!(refusal(&folder.path().join("none.png"), &spaced()), expected);
     fs::write(&path, "text").unwrap();
-    assert!(!read(&path, &SPACED).unwrap_err().is_io());
+    assert!(!read(&path, &spaced()).unwrap_err().is_io());
     assert!(write_png16(&folder.path().join("none/a.png"), 2, 2, &[0; 4]).unwrap_err().is_io());
 }
 
@@ -137,10 +146,10 @@ fn a_file_that_is_not_there_is_bad_input_and_one_that_cannot_be_written_is_not()
 #[test]
 fn broken_files_are_refused() {
     let (_folder, path) = folder();
-    let (whole, dem) = (fs::read(&path).unwrap(), read(&path, &SPACED).unwrap());
+    let (whole, dem) = (fs::read(&path).unwrap(), read(&path, &spaced()).unwrap());
     let check = |bytes: &[u8]| {
         fs::write(&path, bytes).unwrap();
-        match read(&path, &SPACED) {
+        match read(&path, &spaced()) {
             Ok(read) => assert_eq!(read, dem),
             Err(e) => assert!(!e.is_io() && !e.to_string().contains('\n'), "{e}"),
         }
@@ -153,7 +162,7 @@ fn broken_files_are_refused() {
     }
     fs::write(&path, &whole[..whole.len() - 24]).unwrap();
     let expected = "dem.png: the PNG ends before its last row; expected a whole file: fetch it again";
-    assert_eq!(refusal(&path, &SPACED), expected);
+    assert_eq!(refusal(&path, &spaced()), expected);
 }
 
 #[test]

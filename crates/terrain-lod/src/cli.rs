@@ -64,7 +64,13 @@ pub struct DemArgs {
 
 impl DemArgs {
     pub fn read_options(&self) -> ReadOptions {
-        ReadOptions { spacing_m: self.spacing, scale: self.scale, offset_m: self.offset, allow_8_bit: self.allow_8_bit }
+        ReadOptions {
+            spacing_m: self.spacing,
+            scale: self.scale,
+            offset_m: self.offset,
+            allow_8_bit: self.allow_8_bit,
+            ..ReadOptions::default()
+        }
     }
 }
 

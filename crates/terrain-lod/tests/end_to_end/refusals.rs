@@ -41,7 +41,7 @@ fn entries(place: &Path) -> Vec<std::ffi::OsString> {
 fn every_refusal_is_one_line_with_its_exit_code() {
     let place = wrong_files();
     let cases: [(&[&str], i32, &str); 20] = [
-        (&["--dem", "none.png"], 4, "error: none.png: no such file; expected a 16-bit greyscale PNG"),
+        (&["--dem", "none.png"], 4, "error: none.png: no such file; expected an elevation file (GeoTIFF"),
         (&["--dem", "text.png", "--spacing", "30"], 4, "error: text.png: not a PNG"),
         (&["--dem", "synthetic:1x9:7"], 4, "error: synthetic:1x9:7: no synthetic terrain; expected"),
         (&["--methods", "tin,roam"], 2, "error: invalid value 'roam' for '--methods"),

@@ -1,0 +1,77 @@
+//! Elevation files by their content.
+
+mod archive;
+mod ascii;
+mod esri;
+mod foreign;
+mod hgt;
+mod keys;
+mod npy;
+mod packed;
+mod pgm;
+mod place;
+pub mod png;
+mod raw;
+mod tiff;
+mod words;
+
+use crate::input::Input;
+use crate::raster::Grid;
+use crate::{DemError, ReadOptions};
+
+/// What a file may be, for messages.
+pub const EXPECTED: &str = "an elevation file (GeoTIFF, 16-bit PNG, .hgt, .asc, .bil or .flt with .hdr, PGM, .npy)";
+
+/// The most bytes that a sample takes in an archive: a line of its own in a text.
+const MAX_BYTES_A_SAMPLE: u64 = 16;
+
+/// The command that makes a file of a kind that is not read into one that is.
+fn convert(shown: &str) -> String {
+    format!("gdal_translate -co COMPRESS=DEFLATE {shown} OUT.tif")
+}
+
+/// Reads a file's header, whatever the file's name. Only `.hgt` and headers beside files of samples go by their names,
+/// since nothing in them says what they are.
+pub fn open(input: Input, options: &ReadOptions) -> Result<Box<dyn Grid>, DemError> {
+    if archive::is_one(&input) {
+        let limit = options.limit().saturating_mul(MAX_BYTES_A_SAMPLE);
+        let inner = archive::unpack(input, limit)?;
+        if archive::is_one(&inner) {
+            return Err(inner.refuse("an archive in an archive; expected the file itself: unpack it"));
+        }
+        return open_plain(inner, options);
+    }
+    open_plain(input, options)
+}
+
+fn open_plain(input: Input, options: &ReadOptions) -> Result<Box<dyn Grid>, DemError> {
+    if let Some(layout) = options.raw {
+        return Ok(Box::new(raw::open(input, layout)?));
+    }
+    if png::is_one(&input) {
+        return Ok(Box::new(png::open(input, options.allow_8_bit, options.colours)?));
+    }
+    if tiff::is_one(&input) {
+        return Ok(Box::new(tiff::open(input, options.band)?));
+    }
+    if input.start.starts_with(npy::MAGIC) {
+        return Ok(Box::new(npy::open(input)?));
+    }
+    if pgm::is_one(&input) {
+        return pgm::open(input, options.allow_8_bit);
+    }
+    // Before text grids: a GridFloat's header begins as one.
+    if esri::is_header(&input) {
+        return Ok(Box::new(esri::open_by_header(&input)?));
+    }
+    if ascii::is_one(&input) {
+        return Ok(Box::new(ascii::open(input)?));
+    }
+    if let Some(header) = esri::header_of(&input) {
+        return Ok(Box::new(esri::open(input, header)?));
+    }
+    if hgt::is_one(&input) {
+        return Ok(Box::new(hgt::open(input)?));
+    }
+    Err(input.refuse(foreign::reason(&input, EXPECTED)))
+}

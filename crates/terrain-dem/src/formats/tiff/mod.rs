@@ -1,0 +1,127 @@
+//! TIFF and GeoTIFF.
+
+mod codec;
+mod geo;
+mod ifd;
+mod layout;
+mod predictor;
+
+use std::io::Read;
+
+use crate::DemError;
+use crate::input::Input;
+use crate::raster::{Facts, Grid, Heights};
+use crate::samples::{ByteOrder, Packing, SampleType};
+
+use ifd::Tags;
+pub use ifd::is_one;
+use layout::Layout;
+use predictor::{Predictor, RowLayout};
+
+pub struct TiffGrid {
+    input: Input,
+    facts: Facts,
+    layout: Layout,
+    order: ByteOrder,
+    /// The band to read, from 0.
+    band: u32,
+}
+
+/// `band` counts from 1.
+pub fn open(mut input: Input, band: Option<u32>) -> Result<TiffGrid, DemError> {
+    let tags = Tags::read(&mut input)?;
+    let layout = Layout::read(&mut input, &tags)?;
+    let bands = layout.bands;
+    let chosen = band.unwrap_or(1);
+    if !(1..=bands).contains(&chosen) {
+        return Err(input.refuse(format!("no band {chosen}; expected 1 to {bands}")));
+    }
+    if layout.is_colour && layout.samples == SampleType::U8 && band.is_none() {
+        let reason = "a TIFF of 8-bit colours, which is a picture; expected one number a sample, or --band";
+        return Err(input.refuse(reason));
+    }
+    let mut facts = Facts::new(describe(&layout, &tags), layout.columns, layout.rows, layout.samples);
+    facts.bands = bands;
+    if bands > 1 && band.is_none() {
+        facts.warnings.push(format!("{bands} bands: the first is read; --band chooses another"));
+    }
+    geo::read(&mut input, &tags, chosen - 1, &mut facts)?;
+    Ok(TiffGrid { input, facts, layout, order: tags.order, band: chosen - 1 })
+}
+
+fn describe(layout: &Layout, tags: &Tags) -> String {
+    let name = if tags.count(geo::KEYS).is_some() { "GeoTIFF" } else { "TIFF" };
+    let big = if tags.is_big { ", BigTIFF" } else { "" };
+    let chunks = match layout.is_tiled {
+        true => format!("tiles of {} x {}", layout.chunk_columns, layout.chunk_rows),
+        false => format!("strips of {}", layout.chunk_rows),
+    };
+    let predictor = match layout.predictor {
+        Predictor::None => "",
+        Predictor::Differences => " with differences",
+        Predictor::Floats => " with differences of floats",
+    };
+    format!("{name}{big}, {chunks}, {}{predictor}", layout.compression.name())
+}
+
+impl Grid for TiffGrid {
+    fn facts(&self) -> &Facts {
+        &self.facts
+    }
+
+    fn decode(&mut self, heights: &mut Heights) -> Result<(), DemError> {
+        let plane = if self.layout.is_planar { self.band as u64 * self.layout.chunks_a_plane() } else { 0 };
+        let (mut row, mut sorted) = (vec![0; self.layout.row_bytes() as usize], Vec::new());
+        for chunk in 0..self.layout.chunks_a_plane() {
+            self.decode_chunk(chunk, plane, &mut row, &mut sorted, heights)?;
+        }
+        Ok(())
+    }
+}
+
+impl TiffGrid {
+    fn decode_chunk(
+        &mut self,
+        chunk: u64,
+        plane: u64,
+        row: &mut [u8],
+        sorted: &mut Vec<u8>,
+        heights: &mut Heights,
+    ) -> Result<(), DemError> {
+        let [offset, bytes] = self.layout.chunks[(plane + chunk) as usize];
+        if bytes == 0 {
+            // Left out: its samples stay voids.
+            return Ok(());
+        }
+        let layout = &self.layout;
+        let first_row = (chunk / layout.across()) as u32 * layout.chunk_rows;
+        let first_column = (chunk % layout.across()) as u32 * layout.chunk_columns;
+        let row_layout = RowLayout {
+            interleaved: layout.interleaved() as usize,
+            sample_bytes: layout.samples.bytes(),
+            order: self.order,
+        };
+        let own = if layout.is_planar { 0 } else { self.band as usize * row_layout.sample_bytes };
+        let stride = row_layout.interleaved * row_layout.sample_bytes;
+        let packed = self.input.from(offset)?.take(bytes);
+        let done = layout.compression.reader(packed).and_then(|mut reader| {
+            for r in 0..layout.rows_of(chunk) {
+                reader.read_exact(row)?;
+                let order = layout.predictor.undo(row, row_layout, sorted);
+                let packing = Packing { samples: layout.samples, order, stride };
+                packing.put(heights, first_row + r, first_column, &row[own..]);
+            }
+            Ok(())
+        });
+        done.map_err(|error| self.chunk_error(plane + chunk, error))
+    }
+
+    /// Errors without a number by the operating system are the decoders'.
+    fn chunk_error(&self, chunk: u64, error: std::io::Error) -> DemError {
+        if error.raw_os_error().is_some() {
+            return self.input.read_error(error);
+        }
+        let (name, compression) = (self.layout.chunk_name(), self.layout.compression.name());
+        self.input.refuse(format!("{name} {chunk} is broken ({error}); expected {compression} samples: fetch it again"))
+    }
+}

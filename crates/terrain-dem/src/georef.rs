@@ -1,0 +1,93 @@
+//! From the coordinates that files speak in to metres between samples.
+
+use std::f64::consts::PI;
+
+/// Distance between neighbouring samples in x and z, as a file gives it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Spacing {
+    /// Metres.
+    Metres([f64; 2]),
+    /// Degrees of longitude and latitude, and the latitude of the DEM's middle.
+    Degrees {
+        /// In x and z.
+        degrees: [f64; 2],
+        /// Northern ones positive.
+        latitude: f64,
+    },
+}
+
+impl Spacing {
+    /// Metres between samples in x and z; the reason where there are none.
+    pub fn metres(self) -> Result<[f64; 2], String> {
+        let (spacing, unit) = match self {
+            Self::Metres(metres) => (metres, "m"),
+            Self::Degrees { degrees, .. } => (degrees, "degrees"),
+        };
+        if !spacing.iter().all(|s| s.is_finite() && *s > 0.0) {
+            let [x, z] = spacing;
+            return Err(format!("a spacing of {x} x {z} {unit}; expected two positive numbers, or --spacing"));
+        }
+        match self {
+            Self::Metres(metres) => Ok(metres),
+            Self::Degrees { degrees: [x, z], latitude } => {
+                if latitude.is_nan() || latitude.abs() >= 90.0 {
+                    return Err(format!("a middle at latitude {latitude}; expected -90 to 90 degrees, or --spacing"));
+                }
+                let [metres_x, metres_z] = metres_a_degree(latitude);
+                Ok([x * metres_x, z * metres_z])
+            }
+        }
+    }
+
+    /// In words, for a person.
+    pub fn describe(self) -> String {
+        match self {
+            Self::Metres([x, z]) => format!("{x} x {z} m"),
+            Self::Degrees { degrees: [x, z], latitude } => {
+                format!("{} x {} arc-seconds at latitude {latitude:.4}", tidy(x * 3600.0), tidy(z * 3600.0))
+            }
+        }
+    }
+}
+
+fn tidy(number: f64) -> f64 {
+    (number * 1e6).round() / 1e6
+}
+
+/// Metres in a degree of longitude and of latitude on the WGS 84 ellipsoid: its radii of curvature, first of the prime
+/// vertical times the cosine, then of the meridian. `libm` gives the same metres on every machine.
+fn metres_a_degree(latitude: f64) -> [f64; 2] {
+    const RADIUS_M: f64 = 6_378_137.0;
+    const ECCENTRICITY_2: f64 = 6.694_379_990_141_316e-3;
+    let angle = latitude * PI / 180.0;
+    let (sin, cos) = (libm::sin(angle), libm::cos(angle));
+    let w = (1.0 - ECCENTRICITY_2 * sin * sin).sqrt();
+    let prime_vertical_m = RADIUS_M / w;
+    let meridian_m = RADIUS_M * (1.0 - ECCENTRICITY_2) / (w * w * w);
+    [prime_vertical_m * cos * PI / 180.0, meridian_m * PI / 180.0]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The usual table of lengths of a degree (WGS 84).
+    #[test]
+    fn a_degree_in_metres() {
+        for (latitude, expected) in
+            [(0.0, [111_319.5, 110_574.3]), (45.0, [78_846.8, 111_131.8]), (-60.0, [55_800.0, 111_412.3])]
+        {
+            let [x, z] = metres_a_degree(latitude);
+            assert!((x - expected[0]).abs() < 0.1 && (z - expected[1]).abs() < 0.1, "{latitude}: {x} {z}");
+        }
+    }
+
+    #[test]
+    fn no_metres_from_nonsense() {
+        let degrees = |latitude| Spacing::Degrees { degrees: [0.1; 2], latitude }.metres();
+        assert!(degrees(44.5).is_ok() && degrees(90.0).is_err() && degrees(f64::NAN).is_err());
+        for wrong in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+            assert!(Spacing::Metres([30.0, wrong]).metres().is_err(), "{wrong}");
+        }
+    }
+}

@@ -1,0 +1,165 @@
+//! From a file to a DEM: the one place that knows what wins, the user, the sidecar or the file.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use terrain_core::Heightmap;
+
+use crate::input::Input;
+use crate::raster::{ABSURD, Decoded, Facts, Heights, Meaning};
+use crate::sidecar::Sidecar;
+use crate::voids::{self, VoidMask};
+use crate::{Dem, DemError, HeightUnit, ReadOptions, Reading, VoidPolicy, formats};
+
+/// A void where none is declared: the lowest int16, which SRTM and its descendants use.
+const UNDECLARED: f64 = -32_768.0;
+
+/// A void that many programs write and do not declare. Some place under the sea may be so low.
+const SUSPECT: f64 = -9999.0;
+
+/// The deepest and highest places of this planet, with some room, in metres.
+const PLAUSIBLE_M: std::ops::RangeInclusive<f32> = -11_500.0..=9_500.0;
+
+pub fn load(input: Input, sidecar: Sidecar, options: &ReadOptions) -> Result<Dem, DemError> {
+    let shown = input.shown.clone();
+    let name = Path::new(&input.file_name).file_stem().unwrap_or_default().to_string_lossy().into_owned();
+    read(&name, input, sidecar, options).map_err(|unread| match unread {
+        Unread::Reason(reason) => DemError::input(&shown, reason),
+        Unread::Error(error) => error,
+    })
+}
+
+/// A reason still lacks the file's name.
+enum Unread {
+    Reason(String),
+    Error(DemError),
+}
+
+impl From<String> for Unread {
+    fn from(reason: String) -> Self {
+        Self::Reason(reason)
+    }
+}
+
+impl From<DemError> for Unread {
+    fn from(error: DemError) -> Self {
+        Self::Error(error)
+    }
+}
+
+fn read(name: &str, input: Input, sidecar: Sidecar, options: &ReadOptions) -> Result<Dem, Unread> {
+    let mut grid = formats::open(input, options)?;
+    let mut facts = grid.facts().clone();
+    facts.check_size(options.limit())?;
+    if !(1..=facts.bands).contains(&options.band.unwrap_or(1)) {
+        return Err(Unread::Reason(format!("no band {}; expected 1 to {}", options.band.unwrap_or(1), facts.bands)));
+    }
+    let (spacing_m, spacing_from) = spacing(&facts, &sidecar, options)?;
+    let meaning = meaning(&facts, &sidecar, options)?;
+
+    let mut heights = Heights::new(&facts, meaning);
+    grid.decode(&mut heights)?;
+    drop(grid);
+    let decoded = heights.finish();
+    if facts.samples.bytes() == 1 && !options.allow_8_bit {
+        facts.warnings.push("8 bits a sample: the 256 heights show as steps".to_owned());
+    }
+    let (heights_m, mask) = settle_voids(&mut facts, meaning, decoded, options.voids)?;
+    warn_of_range(&mut facts.warnings, meaning, &heights_m);
+
+    let heightmap = Heightmap::new(facts.columns, facts.rows, spacing_m, heights_m).map_err(|e| e.to_string())?;
+    let reading = Reading {
+        format: facts.format,
+        samples: facts.samples.name(),
+        bands: facts.bands,
+        spacing_from,
+        crs: facts.crs,
+        unit: options.unit.or(facts.unit),
+        scale: meaning.scale,
+        offset_m: meaning.offset_m,
+        nodata: meaning.nodata,
+        warnings: facts.warnings,
+    };
+    let Sidecar { source, licence, notice, .. } = sidecar;
+    let (heightmap, voids) = (Arc::new(heightmap), mask.map(Arc::new));
+    Ok(Dem { name: name.to_owned(), heightmap, source, licence, notice, voids, reading })
+}
+
+/// Metres between samples, and who says so.
+fn spacing(facts: &Facts, sidecar: &Sidecar, options: &ReadOptions) -> Result<([f64; 2], String), String> {
+    if let Some(spacing_m) = options.spacing_m {
+        return Ok((spacing_m, "--spacing".to_owned()));
+    }
+    if let Some(spacing_m) = sidecar.spacing_m {
+        return Ok((spacing_m, "the sidecar".to_owned()));
+    }
+    match facts.spacing {
+        Some(spacing) => Ok((spacing.metres()?, format!("the file: {}", spacing.describe()))),
+        None => {
+            let reason = facts.no_spacing.as_deref().unwrap_or(
+                "no spacing; expected `spacing_m = [30.0, 30.0]` (metres) in a file of the same name that ends in .toml, \
+                 or --spacing 30",
+            );
+            Err(reason.to_owned())
+        }
+    }
+}
+
+/// A scale by the user or the sidecar is in metres a step, so that the file's own unit is none of its business.
+fn meaning(facts: &Facts, sidecar: &Sidecar, options: &ReadOptions) -> Result<Meaning, String> {
+    let metres = options.unit.or(facts.unit).unwrap_or(HeightUnit::Metre).metres();
+    let asked_metres = options.unit.map_or(1.0, HeightUnit::metres);
+    let scale = match options.scale.or(sidecar.scale) {
+        Some(scale) => scale * asked_metres,
+        None => facts.scale.unwrap_or(1.0) * metres,
+    };
+    let offset_m = options.offset_m.or(sidecar.offset_m).unwrap_or(facts.offset.unwrap_or(0.0) * metres);
+    if !scale.is_finite() || !offset_m.is_finite() {
+        return Err(format!("scale {scale}, offset {offset_m}: expected two finite numbers"));
+    }
+    let nodata = options.nodata.map(|nodata| facts.samples.rounded(nodata)).or(facts.nodata);
+    // A scaled number may well be -32768.
+    let can_be_void = facts.samples == crate::samples::SampleType::I16 || facts.samples.is_float() && scale == 1.0;
+    let undeclared = Some(UNDECLARED).filter(|void| can_be_void && nodata != Some(*void));
+    Ok(Meaning { scale, offset_m, nodata, undeclared })
+}
+
+/// Finds the voids, and fills or refuses them.
+fn settle_voids(
+    facts: &mut Facts,
+    meaning: Meaning,
+    decoded: Decoded,
+    policy: VoidPolicy,
+) -> Result<(Vec<f32>, Option<VoidMask>), String> {
+    let Decoded { mut heights_m, absurd, undeclared } = decoded;
+    let Some(mask) = VoidMask::of(facts.columns, &heights_m) else { return Ok((heights_m, None)) };
+    let (count, all) = (mask.count(), facts.count());
+    if count == all {
+        return Err(format!("none of its {all} samples has a height; expected some: mend --nodata, or fetch it again"));
+    }
+    let mut found = format!("{count} of {all} samples ({:.3} %) are voids", count as f64 / all as f64 * 100.0);
+    if undeclared > 0 {
+        found += &format!(", {undeclared} of them {UNDECLARED}, which the file does not declare");
+    }
+    if absurd > 0 && !meaning.nodata.is_some_and(f64::is_nan) {
+        found += &format!(", {absurd} of them NaN, infinite or beyond {ABSURD:e}");
+    }
+    if policy == VoidPolicy::Error {
+        return Err(format!("{found}; expected none, or --voids fill"));
+    }
+    facts.warnings.push(format!("{found}: filled from their rim"));
+    voids::fill(&mask, facts.rows, &mut heights_m);
+    Ok((heights_m, Some(mask)))
+}
+
+fn warn_of_range(warnings: &mut Vec<String>, meaning: Meaning, heights_m: &[f32]) {
+    let (low, high) = heights_m.iter().fold((f32::INFINITY, f32::NEG_INFINITY), |(l, h), m| (l.min(*m), h.max(*m)));
+    let suspect_m = (SUSPECT * meaning.scale + meaning.offset_m) as f32;
+    if low == suspect_m {
+        warnings.push(format!("the lowest samples are {SUSPECT}: if these are voids, say --nodata {SUSPECT}"));
+    } else if !PLAUSIBLE_M.contains(&low) || !PLAUSIBLE_M.contains(&high) {
+        warnings.push(format!(
+            "heights of {low} to {high} m are not of this planet: --nodata, --unit or --scale may mend them"
+        ));
+    }
+}

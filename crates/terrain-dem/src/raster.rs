@@ -1,0 +1,173 @@
+//! What every decoder fills: a grid of heights, and what the file says of itself.
+
+use terrain_core::Heightmap;
+
+use crate::georef::Spacing;
+use crate::samples::SampleType;
+use crate::{DemError, HeightUnit};
+
+/// A file whose header has been read and found to agree with its length.
+pub trait Grid {
+    /// What the header says.
+    fn facts(&self) -> &Facts;
+
+    /// Puts all samples, each once and in any order. Samples that are never put are voids.
+    fn decode(&mut self, heights: &mut Heights) -> Result<(), DemError>;
+}
+
+/// What a file says of itself. `None` where it is silent.
+#[derive(Clone, Debug)]
+pub struct Facts {
+    /// In words: `GeoTIFF, tiles of 256 x 256, LZW`.
+    pub format: String,
+    pub columns: u32,
+    pub rows: u32,
+    pub samples: SampleType,
+    /// Samples at one place, of which one band is read.
+    pub bands: u32,
+    pub spacing: Option<Spacing>,
+    /// Why there is no spacing, if more can be said than that.
+    pub no_spacing: Option<String>,
+    /// The southern row comes first, so that the decoder's rows are turned.
+    pub south_up: bool,
+    /// Units a step of the file's values.
+    pub scale: Option<f64>,
+    /// Units at the value 0.
+    pub offset: Option<f64>,
+    pub unit: Option<HeightUnit>,
+    /// The value that stands for no height.
+    pub nodata: Option<f64>,
+    /// Coordinate system in words.
+    pub crs: Option<String>,
+    /// What the user should know, one line each.
+    pub warnings: Vec<String>,
+}
+
+impl Facts {
+    /// A grid of which no more is known.
+    pub fn new(format: impl Into<String>, columns: u32, rows: u32, samples: SampleType) -> Self {
+        Self {
+            format: format.into(),
+            columns,
+            rows,
+            samples,
+            bands: 1,
+            spacing: None,
+            no_spacing: None,
+            south_up: false,
+            scale: None,
+            offset: None,
+            unit: None,
+            nodata: None,
+            crs: None,
+            warnings: Vec::new(),
+        }
+    }
+
+    pub fn count(&self) -> u64 {
+        self.columns as u64 * self.rows as u64
+    }
+
+    /// Whether a heightmap can have this size and `max_samples` allow it.
+    pub fn check_size(&self, max_samples: u64) -> Result<(), String> {
+        let side = 2..=Heightmap::MAX_SIDE;
+        if side.contains(&self.columns) && side.contains(&self.rows) && self.count() <= max_samples {
+            return Ok(());
+        }
+        let (columns, rows, max_side) = (self.columns, self.rows, Heightmap::MAX_SIDE);
+        Err(format!(
+            "{columns} x {rows} samples; expected 2 to {max_side} a side and at most {max_samples} in all: crop it"
+        ))
+    }
+}
+
+/// How the file's values become metres, and which of them are voids.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Meaning {
+    /// Metres a step.
+    pub scale: f64,
+    /// Metres at the value 0.
+    pub offset_m: f64,
+    /// The void that the file or the user declares.
+    pub nodata: Option<f64>,
+    /// A value that is a void although nobody declares it.
+    pub undeclared: Option<f64>,
+}
+
+/// Values this far from 0 are leftovers of a void (such as -3.4e38), whatever their unit.
+pub const ABSURD: f64 = 1e30;
+
+impl Meaning {
+    fn height_m(&self, value: f64) -> Result<f32, Void> {
+        if self.nodata == Some(value) {
+            return Err(Void::Declared);
+        }
+        if value.is_nan() || value.abs() >= ABSURD {
+            return Err(Void::Absurd);
+        }
+        if self.undeclared == Some(value) {
+            return Err(Void::Undeclared);
+        }
+        // The sum would lose the sign of -0.
+        let is_plain = self.scale == 1.0 && self.offset_m == 0.0;
+        Ok(if is_plain { value } else { value * self.scale + self.offset_m } as f32)
+    }
+}
+
+/// Why a sample has no height.
+#[derive(Clone, Copy)]
+enum Void {
+    Declared,
+    Absurd,
+    Undeclared,
+}
+
+/// The heights in metres as they are decoded; NaN at voids.
+pub struct Heights {
+    columns: u32,
+    rows: u32,
+    south_up: bool,
+    meaning: Meaning,
+    heights_m: Vec<f32>,
+    voids: [u64; 3],
+}
+
+/// The heights in metres, NaN at voids, and what the voids were.
+#[derive(Debug)]
+pub struct Decoded {
+    pub heights_m: Vec<f32>,
+    /// NaN, infinities, and values beyond [`ABSURD`].
+    pub absurd: u64,
+    /// Samples of the value [`Meaning::undeclared`].
+    pub undeclared: u64,
+}
+
+impl Heights {
+    pub fn new(facts: &Facts, meaning: Meaning) -> Self {
+        let Facts { columns, rows, south_up, .. } = *facts;
+        Self { columns, rows, south_up, meaning, heights_m: vec![f32::NAN; facts.count() as usize], voids: [0; 3] }
+    }
+
+    /// Puts values into a row of the file, from a column on; what is over at its end is dropped.
+    pub fn put(&mut self, row: u32, column: u32, values: impl Iterator<Item = f64>) {
+        let row = if self.south_up { self.rows - 1 - row } else { row };
+        let start = row as usize * self.columns as usize;
+        let target = &mut self.heights_m[start + column as usize..start + self.columns as usize];
+        for (height_m, value) in target.iter_mut().zip(values) {
+            *height_m = self.meaning.height_m(value).unwrap_or_else(|void| {
+                self.voids[void as usize] += 1;
+                f32::NAN
+            });
+        }
+    }
+
+    pub fn finish(mut self) -> Decoded {
+        // A scale can carry a finite value beyond f32.
+        for height_m in self.heights_m.iter_mut().filter(|height_m| height_m.is_infinite()) {
+            *height_m = f32::NAN;
+            self.voids[Void::Absurd as usize] += 1;
+        }
+        let [_, absurd, undeclared] = self.voids;
+        Decoded { heights_m: self.heights_m, absurd, undeclared }
+    }
+}

@@ -1,0 +1,151 @@
+//! Numbers as files hold them: type, byte order, and the way to a height.
+
+use crate::raster::Heights;
+
+/// How a file holds one sample.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SampleType {
+    U8,
+    I8,
+    U16,
+    I16,
+    U32,
+    I32,
+    U64,
+    I64,
+    F16,
+    F32,
+    F64,
+    /// Decimal digits.
+    Text,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ByteOrder {
+    Little,
+    Big,
+}
+
+impl SampleType {
+    /// Bytes a sample; 0 for text, which has no fixed length.
+    pub fn bytes(self) -> usize {
+        match self {
+            Self::U8 | Self::I8 => 1,
+            Self::U16 | Self::I16 | Self::F16 => 2,
+            Self::U32 | Self::I32 | Self::F32 => 4,
+            Self::U64 | Self::I64 | Self::F64 => 8,
+            Self::Text => 0,
+        }
+    }
+
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::U8 => "uint8",
+            Self::I8 => "int8",
+            Self::U16 => "uint16",
+            Self::I16 => "int16",
+            Self::U32 => "uint32",
+            Self::I32 => "int32",
+            Self::U64 => "uint64",
+            Self::I64 => "int64",
+            Self::F16 => "float16",
+            Self::F32 => "float32",
+            Self::F64 => "float64",
+            Self::Text => "text",
+        }
+    }
+
+    pub fn parse(name: &str) -> Option<Self> {
+        use SampleType::*;
+        [U8, I8, U16, I16, U32, I32, U64, I64, F16, F32, F64].into_iter().find(|one| one.name() == name)
+    }
+
+    pub fn is_float(self) -> bool {
+        matches!(self, Self::F16 | Self::F32 | Self::F64 | Self::Text)
+    }
+
+    /// The number as a sample of this type would hold it: a void of -9999.9 in float32 is not the f64 of that name.
+    pub fn rounded(self, number: f64) -> f64 {
+        if self == Self::F32 { number as f32 as f64 } else { number }
+    }
+}
+
+/// Where the samples of one row are in its bytes.
+#[derive(Clone, Copy, Debug)]
+pub struct Packing {
+    pub samples: SampleType,
+    pub order: ByteOrder,
+    /// From one sample to the next of the same band, in bytes.
+    pub stride: usize,
+}
+
+impl Packing {
+    /// Puts the samples in `bytes`, one every `stride` bytes from the first on, into a row from a column on.
+    pub fn put(self, heights: &mut Heights, row: u32, column: u32, bytes: &[u8]) {
+        let at = At { heights, row, column, bytes, packing: self };
+        match self.samples {
+            SampleType::U8 => at.put(|b: [u8; 1]| b[0] as f64),
+            SampleType::I8 => at.put(|b: [u8; 1]| b[0] as i8 as f64),
+            SampleType::U16 => at.put(|b| u16::from_le_bytes(b) as f64),
+            SampleType::I16 => at.put(|b| i16::from_le_bytes(b) as f64),
+            SampleType::U32 => at.put(|b| u32::from_le_bytes(b) as f64),
+            SampleType::I32 => at.put(|b| i32::from_le_bytes(b) as f64),
+            SampleType::U64 => at.put(|b| u64::from_le_bytes(b) as f64),
+            SampleType::I64 => at.put(|b| i64::from_le_bytes(b) as f64),
+            SampleType::F16 => at.put(|b| half(u16::from_le_bytes(b))),
+            SampleType::F32 => at.put(|b| f32::from_le_bytes(b) as f64),
+            SampleType::F64 => at.put(f64::from_le_bytes),
+            SampleType::Text => unreachable!("text is not packed"),
+        }
+    }
+}
+
+struct At<'a> {
+    heights: &'a mut Heights,
+    row: u32,
+    column: u32,
+    bytes: &'a [u8],
+    packing: Packing,
+}
+
+impl At<'_> {
+    /// `value` takes little-endian bytes.
+    fn put<const N: usize>(self, value: impl Fn([u8; N]) -> f64) {
+        let is_big = self.packing.order == ByteOrder::Big;
+        let samples = self.bytes.chunks(self.packing.stride).filter_map(|sample| {
+            let mut bytes = *sample.first_chunk::<N>()?;
+            if is_big {
+                bytes.reverse();
+            }
+            Some(value(bytes))
+        });
+        self.heights.put(self.row, self.column, samples);
+    }
+}
+
+/// A half-precision float (IEEE 754 binary16), exactly.
+fn half(bits: u16) -> f64 {
+    let (exponent, fraction) = ((bits >> 10) & 31, (bits & 1023) as f64 / 1024.0);
+    let magnitude = match exponent {
+        0 => fraction * 2f64.powi(-14),
+        31 if fraction == 0.0 => f64::INFINITY,
+        31 => f64::NAN,
+        _ => (1.0 + fraction) * 2f64.powi(exponent as i32 - 15),
+    };
+    if bits >> 15 == 1 { -magnitude } else { magnitude }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn half_precision_is_exact() {
+        let cases =
+            [(0x3c00, 1.0), (0xc000, -2.0), (0x7bff, 65504.0), (0x0001, 2f64.powi(-24)), (0x3555, 0.333251953125)];
+        for (bits, expected) in cases {
+            assert_eq!(half(bits), expected);
+        }
+        assert!(half(0x7c00) == f64::INFINITY && half(0x7e00).is_nan() && half(0x8000).is_sign_negative());
+    }
+}
