@@ -82,7 +82,8 @@ impl Input {
     pub fn read_at(&mut self, offset: u64, count: u64, bytes: &mut Vec<u8>) -> Result<(), DemError> {
         if !self.holds(offset, count) {
             let length = self.length;
-            let reason = format!("{length} bytes; expected {count} more at byte {offset}: fetch or convert it again");
+            let reason =
+                format!("ends at byte {length}; expected {count} more at byte {offset}: fetch or convert it again");
             return Err(self.refuse(reason));
         }
         self.seek(offset)?;

@@ -142,6 +142,12 @@ pub fn read(path: &Path, options: &ReadOptions) -> Result<Dem, DemError> {
     load::load(Input::open(path)?, Sidecar::read(&path.with_extension("toml"))?, options)
 }
 
+/// Reads an elevation file that is in memory. Its name stands for it in messages, and tells the place of an `.hgt`; it has
+/// no sidecar.
+pub fn read_bytes(name: &str, bytes: Vec<u8>, options: &ReadOptions) -> Result<Dem, DemError> {
+    load::load(Input::memory(name.to_owned(), name.to_owned(), bytes)?, Sidecar::default(), options)
+}
+
 fn open_synthetic(spec: &str, options: &ReadOptions) -> Result<Dem, DemError> {
     let Some((columns, rows, seed)) = synthetic::parse(spec) else {
         let reason = format!(

@@ -60,6 +60,7 @@ fn finish(input: Input, name: String, bytes: std::io::Result<Vec<u8>>, limit: u6
     if bytes.len() as u64 > limit {
         return Err(input.refuse(format!("an archive of more than {limit} bytes; expected at most that: unpack it")));
     }
+    let name = name.rsplit(['/', '\\']).next().unwrap_or_default().to_owned();
     let shown = format!("{}, {}", input.shown, name.escape_debug());
     Input::memory(shown, name, bytes)
 }

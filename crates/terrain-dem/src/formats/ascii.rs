@@ -30,6 +30,7 @@ pub fn open(mut input: Input) -> Result<WordGrid, DemError> {
     let start = input.bytes_at(0, input.length.min(MAX_HEADER))?;
     let (header, first_byte) = header(&start);
     let keys = Keys::parse(&header);
+    keys.check_numbers(&KEYS).map_err(|reason| input.refuse(format!("ESRI ASCII grid: {reason}")))?;
     let cells = |key: &str| keys.cells(key).map_err(|reason| input.refuse(format!("ESRI ASCII grid: {reason}")));
     let mut facts = Facts::new("ESRI ASCII grid", cells("ncols")?, cells("nrows")?, SampleType::Text);
     facts.nodata = keys.number("nodata_value").or(Some(DEFAULT_NODATA));

@@ -13,6 +13,10 @@ use crate::samples::{ByteOrder, Packing, SampleType};
 /// What the files of samples are called.
 const SAMPLES: [&str; 6] = ["bil", "flt", "bip", "bsq", "bin", "dem"];
 
+/// The keys of a header that are numbers, whole or not.
+const NUMBERS: [&str; 9] =
+    ["cellsize", "xdim", "ydim", "xllcorner", "yllcorner", "ulxmap", "ulymap", "nodata", "nodata_value"];
+
 /// Longer headers are not read, in bytes.
 const MAX_HEADER: u64 = 1 << 16;
 
@@ -43,6 +47,7 @@ pub fn open(input: Input, header: PathBuf) -> Result<PackedGrid, DemError> {
         return Err(header.refuse(reason));
     }
     let keys = Keys::parse(&text);
+    keys.check_numbers(&NUMBERS).map_err(|reason| header.refuse(reason))?;
     let layout = Layout::of(&keys).map_err(|reason| header.refuse(reason))?;
     let mut facts = Facts::new(layout.format, layout.columns, layout.rows, layout.packing.samples);
     facts.nodata = keys.number("nodata_value").or(keys.number("nodata")).map(|nodata| facts.samples.rounded(nodata));

@@ -24,6 +24,15 @@ impl Keys {
         words::number(self.word(key)?)
     }
 
+    /// Whether these keys are numbers, where they are there at all.
+    pub fn check_numbers(&self, keys: &[&str]) -> Result<(), String> {
+        match keys.iter().find_map(|key| Some((key, self.word(key)?)).filter(|(_, word)| words::number(word).is_none()))
+        {
+            Some((key, word)) => Err(format!("`{key}` is {}; expected a number: mend it", word.escape_debug())),
+            None => Ok(()),
+        }
+    }
+
     /// A count of cells, which some programs write as `100.0`.
     pub fn cells(&self, key: &str) -> Result<u32, String> {
         let expected = "expected a whole number above 0: convert it again";

@@ -29,7 +29,7 @@ impl PackedGrid {
         let needed = before.and_then(|before| before.checked_add(own)?.checked_add(rows.first_byte));
         if needed.is_none_or(|needed| needed > input.length) {
             let Facts { format, columns, rows, samples, .. } = &facts;
-            let needed = needed.map_or("more than any file".to_owned(), |needed| format!("{needed} bytes"));
+            let needed = needed.map_or("more bytes than any file has".to_owned(), |needed| format!("{needed} bytes"));
             let reason = format!(
                 "{format} of {} bytes; expected {needed} for {columns} x {rows} samples of {}: fetch it again",
                 input.length,

@@ -43,10 +43,12 @@ impl Grid for WordGrid {
         let mut wrong = None;
         let file = self.input.from(self.first_byte)?;
         let ended = each_word(file, |word| {
-            match std::str::from_utf8(word).ok().and_then(number) {
+            match std::str::from_utf8(word).ok().filter(|word| word.len() <= MAX_WORD).and_then(number) {
                 Some(value) if read < count => row_values.push(value),
                 Some(_) => {
-                    wrong = Some(format!("more than {columns} x {rows} numbers; expected as many as the header says"))
+                    wrong = Some(format!(
+                        "more than {columns} x {rows} numbers; expected as many as the header says: mend it"
+                    ))
                 }
                 None => {
                     let (column, row) = (read % columns as u64, read / columns as u64);
@@ -72,7 +74,7 @@ impl Grid for WordGrid {
     }
 }
 
-/// Calls with each word until that says false; a word beyond [`MAX_WORD`] comes cut.
+/// Calls with each word until that says false; a word beyond [`MAX_WORD`] comes cut, one byte too long.
 fn each_word(file: &mut dyn BufRead, mut take: impl FnMut(&[u8]) -> bool) -> std::io::Result<()> {
     let mut word = Vec::with_capacity(MAX_WORD);
     loop {
@@ -80,7 +82,7 @@ fn each_word(file: &mut dyn BufRead, mut take: impl FnMut(&[u8]) -> bool) -> std
         let (length, is_last) = (bytes.len(), bytes.is_empty());
         for &byte in bytes {
             if !byte.is_ascii_whitespace() && byte != 0 {
-                if word.len() < MAX_WORD {
+                if word.len() <= MAX_WORD {
                     word.push(byte);
                 }
             } else if !word.is_empty() {

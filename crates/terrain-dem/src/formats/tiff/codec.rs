@@ -10,6 +10,8 @@ use flate2::bufread::ZlibDecoder;
 use ruzstd::decoding::StreamingDecoder;
 use weezl::{BitOrder, LzwStatus, decode};
 
+const EXPECTED: &str = "expected none, LZW, deflate, PackBits or ZSTD";
+
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Compression {
     None,
@@ -35,9 +37,9 @@ impl Compression {
             34925 => "LZMA",
             50001 => "WebP",
             50002 => "JPEG XL",
-            _ => return Err(format!("unknown compression {tag}")),
+            _ => return Err(format!("unknown compression {tag}; {EXPECTED}")),
         };
-        Err(format!("{other} compression"))
+        Err(format!("{other} compression; {EXPECTED}"))
     }
 
     pub fn name(self) -> &'static str {

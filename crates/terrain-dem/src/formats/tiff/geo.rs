@@ -217,7 +217,10 @@ impl Keys {
                 }
                 Ok(Spacing::Metres(step.map(|s| s * metres)))
             }
-            Some(3) => Err("geocentric coordinates; expected a map's: gdalwarp -t_srs EPSG:3857 IN OUT.tif".to_owned()),
+            Some(3) => {
+                Err("geocentric coordinates; expected a map's: gdalwarp -t_srs EPSG:32611 IN OUT.tif, or another map"
+                    .to_owned())
+            }
             _ => Ok(guess(step, place, facts)),
         }
     }

@@ -18,8 +18,8 @@ impl Predictor {
             0 | 1 => Ok(Self::None),
             2 => Ok(Self::Differences),
             3 if samples.is_float() => Ok(Self::Floats),
-            3 => Err(format!("{} samples with the predictor for floats", samples.name())),
-            _ => Err(format!("unknown predictor {tag}")),
+            3 => Err(format!("{} samples with predictor 3; expected floats with it", samples.name())),
+            _ => Err(format!("unknown predictor {tag}; expected 1 to 3")),
         }
     }
 

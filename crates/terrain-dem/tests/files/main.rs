@@ -1,0 +1,8 @@
+//! Files made on the fly: the same grid in every way that a format allows, and files that are wrong.
+
+mod broken;
+mod broken_headers;
+mod broken_tiffs;
+mod tiff_writer;
+mod variants;
+mod writers;

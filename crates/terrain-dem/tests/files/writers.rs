@@ -1,0 +1,91 @@
+//! Small files of the other formats.
+
+use std::io::Write;
+
+/// 4 x 3 heights.
+pub const GRID: [[i16; 4]; 3] = [[0, 1, -2, 300], [4000, -5, 6, 7], [8, 9, 10, 2_345]];
+
+pub const ASC_HEADER: &str = "ncols 4\nnrows 3\nxllcorner 500000\nyllcorner 4000000\ncellsize 30\n";
+
+/// The numbers of [`GRID`], with something between them and between the rows.
+pub fn words(between: &str, rows: &str) -> String {
+    GRID.map(|row| row.map(|height| height.to_string()).join(between)).join(rows)
+}
+
+pub fn asc() -> String {
+    format!("{ASC_HEADER}NODATA_value -9999\n{}\n", words(" ", "\n"))
+}
+
+/// An SRTM tile of 5 x 5: the lower its place, the higher its samples.
+pub fn hgt() -> Vec<u8> {
+    (0..25i16).flat_map(|i| (i * 100).to_be_bytes()).collect()
+}
+
+pub fn hgt_of(side: usize) -> Vec<u8> {
+    (0..side * side).flat_map(|i| ((i % 4001) as i16).to_be_bytes()).collect()
+}
+
+pub const BIL_HEADER: &str = "BYTEORDER I\nLAYOUT BIL\nNROWS 3\nNCOLS 4\nNBANDS 1\nNBITS 16\nPIXELTYPE SIGNEDINT\n\
+                              ULXMAP 500000\nULYMAP 4000000\nXDIM 30\nYDIM 30\nNODATA -9999\n";
+
+pub fn bil() -> Vec<u8> {
+    GRID.as_flattened().iter().flat_map(|height| height.to_le_bytes()).collect()
+}
+
+pub const FLT_HEADER: &str =
+    "ncols 4\nnrows 3\nxllcorner 500000\nyllcorner 4000000\ncellsize 30\nNODATA_value -9999\nbyteorder LSBFIRST\n";
+
+pub fn flt() -> Vec<u8> {
+    GRID.as_flattened().iter().flat_map(|height| (*height as f32).to_le_bytes()).collect()
+}
+
+pub fn pgm(header: &str) -> Vec<u8> {
+    let samples = GRID.as_flattened().iter().flat_map(|height| height.unsigned_abs().to_be_bytes());
+    header.bytes().chain(samples).collect()
+}
+
+pub fn npy(dictionary: &str, samples: &[u8]) -> Vec<u8> {
+    let mut file = b"\x93NUMPY\x01\0".to_vec();
+    file.extend((dictionary.len() as u16).to_le_bytes());
+    file.extend(dictionary.as_bytes());
+    file.extend(samples);
+    file
+}
+
+pub fn npy_i2() -> Vec<u8> {
+    npy("{'descr': '<i2', 'fortran_order': False, 'shape': (3, 4), }\n", &bil())
+}
+
+pub fn gzip(plain: &[u8]) -> Vec<u8> {
+    let mut packed = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::default());
+    packed.write_all(plain).unwrap();
+    packed.finish().unwrap()
+}
+
+/// A zip of files, each deflated.
+pub fn zip(files: &[(&str, &[u8])]) -> Vec<u8> {
+    let (mut out, mut list) = (Vec::new(), Vec::new());
+    for (name, plain) in files {
+        let mut packed = flate2::write::DeflateEncoder::new(Vec::new(), flate2::Compression::default());
+        packed.write_all(plain).unwrap();
+        let packed = packed.finish().unwrap();
+        let offset = out.len() as u32;
+        let fields = |head: &[u8], extra: &[u8], tail: &[u8]| {
+            let mut fields = [head, &20u16.to_le_bytes(), &[0, 0], &8u16.to_le_bytes(), &[0; 8]].concat();
+            fields.extend((packed.len() as u32).to_le_bytes());
+            fields.extend((plain.len() as u32).to_le_bytes());
+            fields.extend((name.len() as u16).to_le_bytes());
+            fields.extend([extra, tail, name.as_bytes()].concat());
+            fields
+        };
+        out.extend(fields(b"PK\x03\x04", &[0, 0], &[]));
+        out.extend(&packed);
+        list.extend(fields(b"PK\x01\x02\x14\0", &[0; 12], &offset.to_le_bytes()));
+    }
+    let (offset, length, count) = (out.len() as u32, list.len() as u32, files.len() as u16);
+    out.extend(list);
+    out.extend([b"PK\x05\x06\0\0\0\0".as_slice(), &count.to_le_bytes(), &count.to_le_bytes()].concat());
+    out.extend([length.to_le_bytes(), offset.to_le_bytes()].concat());
+    out.extend([0, 0]);
+    out
+}
