@@ -87,6 +87,8 @@ pub(crate) struct Layer {
     pub size: [u32; 2],
     /// Columns and rows of squares that end on the DEM's last column and row or before.
     pub inside: [u32; 2],
+    /// Number of the level's first patch, see [`Grid::patch_number`].
+    first_patch: u32,
     /// Lowest and highest sample of each square, in metres, row by row.
     heights_m: Vec<[f32; 2]>,
 }
@@ -109,7 +111,8 @@ impl Grid {
         for level in 0..options.layers {
             let (step, side) = (grid.k.pow(level), grid.k.pow(level + 1));
             let [size, inside] = [last.map(|end| end.div_ceil(side)), last.map(|end| end / side)];
-            grid.layers.push(Layer { step, side, size, inside, heights_m: Vec::new() });
+            let first_patch = grid.patches();
+            grid.layers.push(Layer { step, side, size, inside, first_patch, heights_m: Vec::new() });
             grid.layers[level as usize].heights_m =
                 grid.squares(level).map(|square| grid.height_range_m(heightmap, square)).collect();
         }
@@ -126,6 +129,12 @@ impl Grid {
         }
         let children = self.children(square).map(|child| self.layer(child).heights_m[self.index(child)]);
         children.fold([f32::INFINITY, f32::NEG_INFINITY], |[low, high], [l, h]| [low.min(l), high.max(h)])
+    }
+
+    /// Columns and rows of the DEM.
+    #[cfg(test)]
+    pub fn samples(&self) -> [u32; 2] {
+        self.last.map(|last| last + 1)
     }
 
     /// The coarsest level; its squares are the cells.
@@ -148,7 +157,17 @@ impl Grid {
         square.row as usize * self.layer(square).size[0] as usize + square.column as usize
     }
 
-    fn exists(&self, square: Square) -> bool {
+    /// Patches of all layers so far. A DEM of the largest size has fewer than 2^32.
+    pub fn patches(&self) -> u32 {
+        self.layers.last().map_or(0, |layer| layer.first_patch + 2 * layer.size[0] * layer.size[1])
+    }
+
+    /// A running number: level by level, square by square, half by half.
+    pub fn patch_number(&self, patch: Patch) -> u32 {
+        self.layer(patch.square).first_patch + 2 * self.index(patch.square) as u32 + patch.half as u32
+    }
+
+    pub fn exists(&self, square: Square) -> bool {
         let [columns, rows] = self.layer(square).size;
         square.column < columns && square.row < rows
     }
@@ -187,8 +206,24 @@ impl Grid {
     pub fn parent(&self, patch: Patch) -> Option<Patch> {
         let Square { level, column, row } = patch.square;
         let half = self.parent_half(patch.half, column % self.k, row % self.k);
-        let square = Square { level: level + 1, column: column / self.k, row: row / self.k };
-        (level < self.top()).then_some(square.half(half))
+        (level < self.top()).then(|| self.parent_square(patch.square).half(half))
+    }
+
+    /// The square of the next coarser level that a square lies in.
+    pub fn parent_square(&self, Square { level, column, row }: Square) -> Square {
+        Square { level: level + 1, column: column / self.k, row: row / self.k }
+    }
+
+    /// The square of the coarsest level that a square lies in.
+    pub fn cell_of(&self, square: Square) -> Square {
+        (square.level..self.top()).fold(square, |square, _| self.parent_square(square))
+    }
+
+    /// The halves of a child square that lie in the given halves of its parent.
+    pub fn children_of(&self, parents: u8, child: Square) -> u8 {
+        let (i, j) = (child.column % self.k, child.row % self.k);
+        let inside = |half: &Half| parents & self.parent_half(*half, i, j).bit() != 0;
+        Half::BOTH.iter().filter(|half| inside(half)).map(|half| half.bit()).sum()
     }
 
     /// The patch of the same level on the other side of an edge; none beyond the DEM.
@@ -218,6 +253,12 @@ impl Grid {
     /// Metres of a leg of the small triangles of a level, along the axis with the wider spacing.
     pub fn leg_m(&self, level: u32) -> f64 {
         self.layers[level as usize].step as f64 * self.spacing_m[0].max(self.spacing_m[1])
+    }
+
+    /// Metres of the longest edge of a square's box; at most that of the square around it.
+    pub fn longest_edge_m(&self, square: Square) -> f64 {
+        let Aabb { min, max } = self.bounds_world(square);
+        [0, 1, 2].map(|axis| max[axis] - min[axis]).into_iter().fold(0.0, f64::max)
     }
 
     /// The map from a patch's local vertices to samples, untagged: u leads to the left end, v to the right end.

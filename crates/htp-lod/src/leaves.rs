@@ -18,14 +18,45 @@ pub(crate) struct Leaf {
     pub mask: u8,
 }
 
-/// Collects the leaves cell by cell; with a view, only those whose square may be in sight.
-pub(crate) fn collect(grid: &Grid, levels: &Levels, culling: Option<&View>, leaves: &mut Vec<Leaf>) {
-    leaves.clear();
-    let mut visit = Visit { grid, levels, leaves };
-    for cell in grid.squares(grid.top()) {
-        // Nothing is coarser than the top layer.
-        visit.square(cell, [Some(0); 2], culling);
+/// How much of a square may be in sight.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Sight {
+    None,
+    Part,
+    Whole,
+}
+
+/// How much of a square may be in sight; all without culling.
+pub(crate) fn look(grid: &Grid, square: Square, culling: Option<&View>) -> Sight {
+    let Some(view) = culling else { return Sight::Whole };
+    let bounds = grid.bounds_world(square);
+    if !view.sees(&bounds) {
+        return Sight::None;
     }
+    // Nothing is below the finest layer that could be spared a test.
+    if square.level > 0 && view.sees_whole(&bounds) { Sight::Whole } else { Sight::Part }
+}
+
+/// The coarser sides of the halves of a square that are split.
+pub(crate) fn coarser_sides(grid: &Grid, levels: &Levels, square: Square, split: u8) -> [Option<u8>; 2] {
+    let is_split = |half: Half| split & half.bit() != 0;
+    Half::BOTH.map(|half| is_split(half).then(|| levels.split().coarser_sides(grid, square.half(half))))
+}
+
+/// The masks of the halves of a child square whose parents are split, from [`coarser_sides`] of its parent.
+pub(crate) fn leaf_masks(grid: &Grid, coarser_sides: [Option<u8>; 2], child: Square) -> [Option<u8>; 2] {
+    let (i, j) = (child.column % grid.k, child.row % grid.k);
+    Half::BOTH.map(|half| {
+        let parent = grid.parent_half(half, i, j);
+        let touched = if parent == half { grid.touched_sides(half, i, j) } else { 0 };
+        coarser_sides[parent as usize].map(|coarser| coarser & touched)
+    })
+}
+
+/// Appends the leaves of one cell; with a view, only those whose square may be in sight.
+pub(crate) fn collect(grid: &Grid, levels: &Levels, cell: Square, culling: Option<&View>, leaves: &mut Vec<Leaf>) {
+    // Nothing is coarser than the top layer.
+    Visit { grid, levels, leaves }.square(cell, [Some(0); 2], culling);
 }
 
 struct Visit<'a> {
@@ -37,47 +68,30 @@ struct Visit<'a> {
 impl Visit<'_> {
     /// `masks` holds the masks of the halves whose parent is split. `culling` is none where all is in sight.
     fn square(&mut self, square: Square, masks: [Option<u8>; 2], culling: Option<&View>) {
-        let Some(culling) = self.look(square, culling) else { return };
-        let split = self.levels.split_halves(self.grid, square);
-        let mut coarser_sides = [None; 2];
-        for half in Half::BOTH {
-            let Some(mask) = masks[half as usize] else { continue };
-            let patch = square.half(half);
-            if split & half.bit() != 0 {
-                coarser_sides[half as usize] = Some(self.levels.coarser_sides(self.grid, patch));
-            } else {
+        let sight = look(self.grid, square, culling);
+        if sight == Sight::None {
+            return;
+        }
+        let split = self.levels.split().halves(self.grid, square);
+        for half in Half::BOTH.into_iter().filter(|half| split & half.bit() == 0) {
+            if let Some(mask) = masks[half as usize] {
+                let patch = square.half(half);
                 assert_ne!(mask, ALL_COLLAPSED, "{patch:?} meets coarser patches on all sides");
                 self.leaves.push(Leaf { patch, mask });
             }
         }
-        if coarser_sides != [None; 2] {
-            self.children(square, coarser_sides, culling);
+        if split != 0 {
+            self.children(square, split, culling.filter(|_| sight == Sight::Part));
         }
     }
 
-    fn children(&mut self, square: Square, coarser_sides: [Option<u8>; 2], culling: Option<&View>) {
-        let (column, row) = (square.column * self.grid.k, square.row * self.grid.k);
+    fn children(&mut self, square: Square, split: u8, culling: Option<&View>) {
+        let coarser = coarser_sides(self.grid, self.levels, square, split);
         for child in self.grid.children(square) {
-            let (i, j) = (child.column - column, child.row - row);
-            let masks = Half::BOTH.map(|half| {
-                let parent = self.grid.parent_half(half, i, j);
-                let touched = if parent == half { self.grid.touched_sides(half, i, j) } else { 0 };
-                coarser_sides[parent as usize].map(|coarser| coarser & touched)
-            });
+            let masks = leaf_masks(self.grid, coarser, child);
             if masks != [None; 2] {
                 self.square(child, masks, culling);
             }
         }
-    }
-
-    /// None where a square is out of sight; otherwise the view that its children are to be tested against, if any.
-    fn look<'v>(&self, square: Square, culling: Option<&'v View>) -> Option<Option<&'v View>> {
-        let Some(view) = culling else { return Some(None) };
-        let bounds = self.grid.bounds_world(square);
-        if !view.sees(&bounds) {
-            return None;
-        }
-        let has_children = square.level > 0;
-        Some(if has_children && view.sees_whole(&bounds) { None } else { Some(view) })
     }
 }

@@ -1,97 +1,141 @@
-//! Which patches are split: LOD computation (section 3, phase 4), restricted to a difference of one level
-//! (section 2.2).
+//! Which patches are split: the metric's wishes and what they entail, followed from view to view.
 //!
-//! A patch that is split is drawn as the patches of the next finer layer that it consists of. The decision is a set
-//! of bits, one a patch; a patch is drawn when its parent is split and it is not.
+//! A patch that is split is drawn as the patches of the next finer layer that it consists of; a patch is drawn when
+//! its parent is split and it is not.
 
 use crate::blocks::Side;
-use crate::grid::{BOTH_HALVES, Grid, Half, Patch, Square};
+use crate::closure::Closure;
+use crate::grid::{Grid, Half, Patch, Square};
+use crate::odometer::Odometer;
+use crate::rule::Rule;
+use crate::wishes::Wishes;
 
-/// The split patches of all levels.
+/// A set of patches: bits by level and square. Nothing on level 0, which has nothing finer.
+#[derive(Clone)]
+pub(crate) struct Split(Vec<Vec<u8>>);
+
+impl Split {
+    /// The halves of a square that are split.
+    pub fn halves(&self, grid: &Grid, square: Square) -> u8 {
+        if square.level == 0 { 0 } else { self.0[square.level as usize][grid.index(square)] }
+    }
+
+    pub fn contains(&self, grid: &Grid, patch: Patch) -> bool {
+        self.halves(grid, patch.square) & patch.half.bit() != 0
+    }
+
+    /// Adds halves of a square; returns those that were not there.
+    pub fn insert(&mut self, grid: &Grid, square: Square, halves: u8) -> u8 {
+        let bits = &mut self.0[square.level as usize][grid.index(square)];
+        let added = halves & !*bits;
+        *bits |= halves;
+        added
+    }
+
+    /// Appends all patches of a level, square by square, row by row.
+    pub fn patches(&self, grid: &Grid, level: u32, list: &mut Vec<Patch>) {
+        let columns = grid.layers[level as usize].size[0] as usize;
+        for (row, bits) in self.0[level as usize].chunks(columns).enumerate() {
+            for (column, bits) in bits.iter().enumerate().filter(|(_, bits)| **bits != 0) {
+                let square = Square { level, column: column as u32, row: row as u32 };
+                list.extend(Half::BOTH.iter().filter(|half| bits & half.bit() != 0).map(|half| square.half(*half)));
+            }
+        }
+    }
+
+    /// The sides of a split patch beyond which nothing is split: there its children meet a coarser neighbour.
+    pub fn coarser_sides(&self, grid: &Grid, patch: Patch) -> u8 {
+        let coarser = |side: &Side| grid.neighbour(patch, *side).is_some_and(|other| !self.contains(grid, other));
+        Side::ALL.iter().filter(|side| coarser(side)).map(|side| side.bit()).sum()
+    }
+}
+
+/// The split patches of the last view.
 pub(crate) struct Levels {
-    /// By level and square: the halves that are split. Empty on level 0, which has nothing finer.
-    split: Vec<Vec<u8>>,
+    wishes: Wishes,
+    closure: Closure,
+    odometer: Odometer,
+    split: Split,
+    /// Of the view before.
+    before: Split,
+    changed: Vec<Square>,
 }
 
 impl Levels {
     /// Nothing is split.
     pub fn new(grid: &Grid) -> Self {
-        let bytes = |level: u32| if level == 0 { 0 } else { grid.squares(level).count() };
-        Self { split: (0..=grid.top()).map(|level| vec![0; bytes(level)]).collect() }
+        let wishes = Wishes::new(grid);
+        let split = Split(wishes.halves().to_vec());
+        let (before, closure) = (split.clone(), Closure::new(grid));
+        Self { wishes, closure, odometer: Odometer::default(), before, split, changed: Vec::new() }
     }
 
-    /// Decides anew, from the top layer down and then, for the restriction, from the bottom up. `wish` returns the
-    /// halves of a square that want to be split; it is not asked for patches whose parent is not split.
+    /// The split patches.
+    pub fn split(&self) -> &Split {
+        &self.split
+    }
+
+    /// Follows to a new view: decides what may have changed, and no more. What comes out is the same as if all were
+    /// decided anew.
+    pub fn follow(&mut self, rule: &Rule, view: &terrain_core::View) {
+        self.changed.clear();
+        let all_anew = !self.odometer.advance(view);
+        if all_anew {
+            self.wishes.expire();
+        }
+        if self.wishes.update(rule, &self.odometer) || all_anew || !self.closure.still_holds(rule, &self.odometer) {
+            self.close(rule.grid, Some(rule));
+        }
+    }
+
+    /// Squares that hold a patch that was split or merged by the last view, and those beyond such a patch's sides:
+    /// their children are drawn otherwise than before. Some may come twice.
+    pub fn changed(&self) -> &[Square] {
+        &self.changed
+    }
+
+    /// The split patches are the wishes and all that they entail.
+    fn close(&mut self, grid: &Grid, rule: Option<&Rule>) {
+        std::mem::swap(&mut self.split, &mut self.before);
+        for (split, wishes) in self.split.0.iter_mut().zip(self.wishes.halves()) {
+            split.copy_from_slice(wishes);
+        }
+        self.closure.close(grid, &mut self.split, rule.map(|rule| (rule, &self.odometer)));
+        for level in 1..=grid.top() {
+            self.compare(grid, level);
+        }
+    }
+
+    /// Lists what has changed on one level.
+    fn compare(&mut self, grid: &Grid, level: u32) {
+        let (now, before) = (&self.split.0[level as usize], &self.before.0[level as usize]);
+        let columns = grid.layers[level as usize].size[0] as usize;
+        for (row, (now, before)) in now.chunks(columns).zip(before.chunks(columns)).enumerate() {
+            if now == before {
+                continue;
+            }
+            for (column, (now, before)) in now.iter().zip(before).enumerate().filter(|(_, (now, before))| now != before)
+            {
+                let square = Square { level, column: column as u32, row: row as u32 };
+                self.changed.push(square);
+                let halves = Half::BOTH.into_iter().filter(|half| (now ^ before) & half.bit() != 0);
+                let sides = halves.flat_map(|half| Side::ALL.map(|side| grid.neighbour(square.half(half), side)));
+                self.changed.extend(sides.flatten().map(|beyond| beyond.square));
+            }
+        }
+    }
+
+    /// Takes wishes as given, whatever the metric.
+    #[cfg(test)]
     pub fn choose(&mut self, grid: &Grid, wish: impl Fn(Square) -> u8) {
-        self.refine(grid, wish);
-        self.restrict(grid);
+        self.changed.clear();
+        self.wishes.set(grid, wish);
+        self.close(grid, None);
     }
 
-    fn refine(&mut self, grid: &Grid, wish: impl Fn(Square) -> u8) {
-        self.split.iter_mut().for_each(|layer| layer.fill(0));
-        if grid.top() > 0 {
-            grid.squares(grid.top()).for_each(|cell| self.split(grid, cell, wish(cell)));
-        }
-        for level in (2..=grid.top()).rev() {
-            for square in grid.squares(level) {
-                let split = self.split_halves(grid, square);
-                if split == 0 {
-                    continue;
-                }
-                for child in grid.children(square) {
-                    let drawn = children_of(grid, split, child);
-                    if drawn != 0 {
-                        self.split(grid, child, wish(child) & drawn);
-                    }
-                }
-            }
-        }
+    /// Decides all anew in the next view.
+    #[cfg(test)]
+    pub fn forget(&mut self) {
+        self.odometer.forget();
     }
-
-    /// Splits whatever is needed for neighbours to differ by one level at most, across cells too: the parents of a
-    /// split patch's neighbours must be split. A patch that is forced here has no split children, so one pass from
-    /// the finest level up is enough.
-    fn restrict(&mut self, grid: &Grid) {
-        for level in 1..grid.top() {
-            for square in grid.squares(level) {
-                let split = self.split_halves(grid, square);
-                for half in Half::BOTH.into_iter().filter(|half| split & half.bit() != 0) {
-                    let neighbours = Side::ALL.map(|side| grid.neighbour(square.half(half), side));
-                    for parent in neighbours.into_iter().flatten().filter_map(|patch| grid.parent(patch)) {
-                        self.split(grid, parent.square, parent.half.bit());
-                    }
-                }
-            }
-        }
-    }
-
-    /// Deviation: a square that crosses the DEM's rim splits both halves together, so that a hypotenuse is never
-    /// collapsed there. Otherwise the collapsed edge, clamped, would cut across the DEM while the clamped inner row
-    /// lies beyond it, and triangles would fold over.
-    fn split(&mut self, grid: &Grid, square: Square, halves: u8) {
-        let halves = if halves != 0 && grid.crosses_rim(square) { BOTH_HALVES } else { halves };
-        self.split[square.level as usize][grid.index(square)] |= halves;
-    }
-
-    /// The halves of a square that are split.
-    pub fn split_halves(&self, grid: &Grid, square: Square) -> u8 {
-        if square.level == 0 { 0 } else { self.split[square.level as usize][grid.index(square)] }
-    }
-
-    pub fn is_split(&self, grid: &Grid, patch: Patch) -> bool {
-        self.split_halves(grid, patch.square) & patch.half.bit() != 0
-    }
-
-    /// The sides of a split patch beyond which nothing is split: there its children meet a coarser neighbour.
-    pub fn coarser_sides(&self, grid: &Grid, patch: Patch) -> u8 {
-        let coarser = |side: &Side| grid.neighbour(patch, *side).is_some_and(|other| !self.is_split(grid, other));
-        Side::ALL.iter().filter(|side| coarser(side)).map(|side| side.bit()).sum()
-    }
-}
-
-/// The halves of a child square that lie in the given halves of its parent.
-fn children_of(grid: &Grid, parents: u8, child: Square) -> u8 {
-    let (i, j) = (child.column % grid.k, child.row % grid.k);
-    let inside = |half: &Half| parents & grid.parent_half(*half, i, j).bit() != 0;
-    Half::BOTH.iter().filter(|half| inside(half)).map(|half| half.bit()).sum()
 }

@@ -9,33 +9,49 @@
 //! |---|---|
 //! | patches and layers (2.1, Figure 1) | `grid` |
 //! | matching blocks (2.2, Figure 2), index lists and their re-use (4.1, Figure 3) | `blocks` |
-//! | levels differ by one at most (2.2) | `levels` |
+//! | levels differ by one at most (2.2) | `closure` |
 //! | phase 1, initialisation | `method` |
 //! | phase 2, cell loading; dynamic loading (4.2) | not here |
 //! | phase 3, cell binding | `grid`: squares are numbered across cells |
-//! | phase 4, LOD computation by distance | `method`, `levels`; the patches in sight: `leaves` |
-//! | phase 5, vertex-buffer merger | `per_patch` |
-//! | phase 6, rendering | `per_patch` as published, `instanced` in at most 7 draws |
+//! | phase 4, LOD computation | `rule` (metrics), `wishes`, `levels`; the patches in sight: `leaves`, `in_sight` |
+//! | phase 5, vertex-buffer merger | `cell_vertices` |
+//! | phase 6, rendering | `per_patch` as published, `merged_cell` in one draw a cell, `instanced` in at most 7 draws |
 //!
 //! Deviations, each marked where it stands:
 //! - any `k` and any number of layers, where the paper has 3 and 3 (`options`);
 //! - DEMs of any size: vertices beyond the rim are clamped to it, and squares that cross the rim split both halves
-//!   together (`grid`, `levels`);
-//! - "levels in proportion to the distance" is made precise as a longest screen length of a triangle's leg (`method`);
+//!   together (`grid`, `closure`);
+//! - "levels in proportion to the distance" is made precise as a longest screen length of a triangle's leg, and "the
+//!   sizes of the edges of the bounding box" likewise (`rule`);
+//! - levels by error, so that a tolerance is a bound: no sample of the DEM is farther off on the screen (`errors`,
+//!   `closure`);
 //! - 8 index lists: the plain patch and all 7 matching blocks of Figure 2. The paper counts 7 in all; the block with
-//!   three collapsed sides can never be drawn, so that 7 are in use (`blocks`, `leaves`);
+//!   three collapsed sides can never be drawn, so that 7 are in use (`blocks`, `border`);
 //! - the whole DEM is in memory, and cells are not loaded (`method`);
-//! - no threads: levels are computed within the plan (`method`);
-//! - besides one draw a patch, instances (`instanced`).
+//! - no threads: levels are computed within the plan, and only those that the view may have changed (`odometer`);
+//! - besides one draw a patch, one draw a cell (`merged_cell`) and instances (`instanced`).
 
 mod blocks;
+mod border;
+mod cell_layout;
+mod cell_vertices;
+mod closure;
+mod deviation;
+mod errors;
 mod grid;
+mod in_sight;
 mod instanced;
 mod leaves;
 mod levels;
+mod merged_cell;
 mod method;
+mod odometer;
 mod options;
 mod per_patch;
+mod rooms;
+mod rule;
+mod slots;
+mod wishes;
 
 pub use method::Htp;
-pub use options::{Batching, HtpError, Options};
+pub use options::{Batching, HtpError, LevelMetric, Options};

@@ -1,12 +1,15 @@
 //! The method: one plan a frame, in the phases of the paper's section 3.
 
 use crate::blocks::{Blocks, local_vertices};
-use crate::grid::{BOTH_HALVES, Grid, Square};
+use crate::cell_vertices::CellVertices;
+use crate::errors::ErrorTable;
+use crate::grid::Grid;
 use crate::instanced::Instanced;
-use crate::leaves::{self, Leaf};
 use crate::levels::Levels;
-use crate::options::{Batching, HtpError, Options};
+use crate::merged_cell::MergedCell;
+use crate::options::{Batching, HtpError, LevelMetric, Options};
 use crate::per_patch::PerPatch;
+use crate::rule::Rule;
 use std::sync::Arc;
 use terrain_core::{Buffer, BufferSizes, FramePlan, Heightmap, IndexFormat, LocalVertex, LodMethod, VertexKind, View};
 
@@ -14,115 +17,129 @@ use terrain_core::{Buffer, BufferSizes, FramePlan, Heightmap, IndexFormat, Local
 pub struct Htp {
     options: Options,
     grid: Grid,
+    errors: Option<ErrorTable>,
     blocks: Blocks,
     levels: Levels,
-    leaves: Vec<Leaf>,
     culling: bool,
     rendering: Rendering,
     initialised: bool,
 }
 
 enum Rendering {
-    PerPatch(PerPatch),
-    Instanced(Instanced),
+    PerPatch(CellVertices, PerPatch),
+    MergedCell(CellVertices, MergedCell),
+    Instanced(Box<Instanced>),
 }
 
 impl Htp {
-    /// Builds the hierarchy over a DEM of any size. The heights are kept for the vertices of
-    /// [`Batching::PerPatch`] alone.
+    /// Builds the hierarchy over a DEM of any size, and for [`LevelMetric::Error`] measures all patches and blocks, on
+    /// the threads of the current rayon pool. The heights are kept for vertices alone, which
+    /// [`Batching::Instanced`] does without.
     pub fn new(heightmap: Arc<Heightmap>, options: Options) -> Result<Self, HtpError> {
         options.validate()?;
         let grid = Grid::new(&heightmap, &options);
+        let errors = (options.metric == LevelMetric::Error).then(|| ErrorTable::new(&heightmap, &grid));
         let rendering = match options.batching {
-            Batching::PerPatch => Rendering::PerPatch(PerPatch::new(heightmap, &grid)?),
-            Batching::Instanced => Rendering::Instanced(Instanced::new(&grid)),
+            Batching::PerPatch => Rendering::PerPatch(CellVertices::new(heightmap, &grid)?, PerPatch::default()),
+            Batching::MergedCell => Rendering::MergedCell(CellVertices::new(heightmap, &grid)?, MergedCell::new(&grid)),
+            Batching::Instanced => Rendering::Instanced(Box::new(Instanced::new(&grid))),
         };
         Ok(Self {
             options,
             blocks: Blocks::new(options.k),
             levels: Levels::new(&grid),
-            leaves: Vec::new(),
             culling: true,
+            errors,
             grid,
             rendering,
             initialised: false,
         })
     }
 
+    /// Bytes of the errors that are kept for [`LevelMetric::Error`].
+    pub fn error_bytes(&self) -> u64 {
+        self.errors.as_ref().map_or(0, ErrorTable::bytes)
+    }
+
     /// Phase 1: what never changes, sent once. The 8 index lists, and the one patch that all instances share.
     ///
-    /// Deviation: no threads are created. Levels and all else are computed by whoever calls `plan`, which takes
-    /// 0.33 to 0.44 ms on 403 x 344 samples and 1.0 ms (median) on 1025 x 1025, measured with the default settings.
+    /// Deviation: no threads are created. Levels and all else are computed by whoever calls `plan`, and only where the
+    /// view has changed them.
     fn initialise(&mut self, plan: &mut FramePlan) {
         if std::mem::replace(&mut self.initialised, true) {
             return;
         }
-        plan.upload(Buffer::Indices, 0, &self.blocks.indices);
-        if let Rendering::Instanced(_) = self.rendering {
-            plan.upload(Buffer::Vertices, 0, &local_vertices(self.grid.k));
+        match self.rendering {
+            Rendering::PerPatch(..) => plan.upload(Buffer::Indices, 0, &self.blocks.indices),
+            Rendering::MergedCell(..) => {}
+            Rendering::Instanced(_) => {
+                plan.upload(Buffer::Indices, 0, &self.blocks.indices);
+                plan.upload(Buffer::Vertices, 0, &local_vertices(self.grid.k));
+            }
         }
     }
 
-    /// Phase 4: levels in proportion to the distance. A patch is split while a leg of its triangles could be longer
-    /// on the screen than the option allows, at the nearest point of its square's box.
-    ///
-    /// Deviation: the paper goes by the bare distance, in a proportion that it does not state. A longest length on
-    /// the screen means the same for any picture, field of view and spacing.
+    /// Phase 4: which patches are split.
     fn compute_levels(&mut self, view: &View) {
-        let (grid, leg_px) = (&self.grid, self.options.leg_px);
-        let wish = |square: Square| {
-            let distance_m = view.distance_m(&grid.bounds_world(square));
-            if view.pixels(grid.leg_m(square.level), distance_m) > leg_px { BOTH_HALVES } else { 0 }
-        };
-        self.levels.choose(grid, wish);
+        let rule = Rule::new(&self.options, &self.grid, self.errors.as_ref(), view);
+        self.levels.follow(&rule, view);
     }
 
     /// Phase 4, continued: the patch and the matching block of each place in sight.
     fn select_patches(&mut self, view: &View) {
-        let culling = self.culling.then_some(view);
-        leaves::collect(&self.grid, &self.levels, culling, &mut self.leaves);
+        let (grid, levels, culling) = (&self.grid, &self.levels, self.culling.then_some(view));
+        match &mut self.rendering {
+            Rendering::PerPatch(_, per_patch) => per_patch.select(grid, levels, culling),
+            Rendering::MergedCell(_, merged) => merged.select(grid, levels, culling),
+            Rendering::Instanced(instanced) => instanced.select(grid, levels, culling),
+        }
     }
 
     /// Phase 5: the vertices of the cells that enter, one transfer a cell. Instances have no vertices of their own.
     fn merge_vertex_buffers(&mut self, plan: &mut FramePlan) {
-        if let Rendering::PerPatch(per_patch) = &mut self.rendering {
-            per_patch.merge_vertex_buffers(&self.grid, plan);
+        match &mut self.rendering {
+            Rendering::PerPatch(vertices, _) | Rendering::MergedCell(vertices, _) => vertices.merge(&self.grid, plan),
+            Rendering::Instanced(_) => {}
         }
     }
 
     /// Phase 6: the plain patch or a matching block.
     fn render(&mut self, plan: &mut FramePlan) {
+        let (grid, levels, blocks) = (&self.grid, &self.levels, &self.blocks);
         match &mut self.rendering {
-            Rendering::PerPatch(per_patch) => per_patch.draw(&self.grid, &self.blocks, &self.leaves, plan),
-            Rendering::Instanced(instanced) => instanced.draw(&self.grid, &self.blocks, &self.leaves, plan),
+            Rendering::PerPatch(vertices, per_patch) => per_patch.draw(grid, blocks, vertices, plan),
+            Rendering::MergedCell(vertices, merged) => merged.draw(grid, levels, blocks, vertices, plan),
+            Rendering::Instanced(instanced) => instanced.draw(blocks, plan),
         }
+    }
+
+    fn block_bytes(&self) -> u64 {
+        size_of_val(self.blocks.indices.as_slice()) as u64
     }
 }
 
 impl LodMethod for Htp {
     fn name(&self) -> &'static str {
-        match self.rendering {
-            Rendering::PerPatch(_) => "htp",
-            Rendering::Instanced(_) => "htp-instanced",
-        }
+        "htp"
     }
 
     fn buffers(&self) -> BufferSizes {
-        let indices = size_of_val(self.blocks.indices.as_slice()) as u64;
+        let baked = |vertices: &CellVertices, indices: u64| BufferSizes {
+            vertex_kind: VertexKind::Baked,
+            index_format: IndexFormat::U32,
+            vertices: vertices.bytes(&self.grid),
+            indices,
+            instances: 0,
+        };
         match &self.rendering {
-            Rendering::PerPatch(per_patch) => BufferSizes {
-                vertex_kind: VertexKind::Baked,
-                index_format: IndexFormat::U32,
-                vertices: per_patch.vertex_bytes(&self.grid),
-                indices,
-                instances: 0,
-            },
+            Rendering::PerPatch(vertices, _) => baked(vertices, self.block_bytes()),
+            Rendering::MergedCell(vertices, merged) => baked(vertices, merged.index_bytes()),
             Rendering::Instanced(instanced) => BufferSizes {
                 vertex_kind: VertexKind::Displaced,
                 index_format: IndexFormat::U32,
                 vertices: (local_vertices(self.grid.k).len() * size_of::<LocalVertex>()) as u64,
-                indices,
-                instances: instanced.instance_bytes(&self.grid),
+                indices: self.block_bytes(),
+                instances: instanced.bytes(),
             },
         }
     }
@@ -144,5 +161,9 @@ impl LodMethod for Htp {
     }
 }
 
+#[cfg(test)]
+mod bound_tests;
+#[cfg(test)]
+mod follow_tests;
 #[cfg(test)]
 mod mesh_tests;

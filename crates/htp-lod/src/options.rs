@@ -3,17 +3,35 @@
 /// How the visible patches reach the GPU.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Batching {
-    /// As published: one draw a patch, from vertices of its own (section 3, phases 5 and 6). Method name `htp`.
+    /// As published: one draw a patch, from vertices of its own (section 3, phases 5 and 6).
     #[default]
     PerPatch,
-    /// One instanced draw an index list: at most 7 draws a frame. Method name `htp-instanced`.
+    /// One draw a cell: the patches of a cell in one index list, written when the levels of a visible cell change.
+    /// Vertices are those of [`Batching::PerPatch`].
+    MergedCell,
+    /// One instanced draw an index list: at most 7 draws a frame.
     Instanced,
 }
 
-/// Settings of [`Htp`](crate::Htp), fixed for its life.
+/// What decides which patches are split (section 3, phase 4).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum LevelMetric {
+    /// The paper's: levels in proportion to the distance, as a longest screen length of a triangle's leg
+    /// ([`Options::leg_px`]).
+    #[default]
+    Distance,
+    /// The paper's alternative: by the edges of the bounding box. The longest edge of a square's box, its height
+    /// among them, counts as the leg of a patch of `k` segments: the k-th part of it is held to [`Options::leg_px`].
+    Box,
+    /// The error that a patch or block makes: no sample of the DEM is farther off on the screen than
+    /// [`Options::tolerance_px`].
+    Error,
+}
+
+/// Settings of [`Htp`](crate::Htp), fixed for its life. The default is the paper's; see also [`Options::bounded`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Options {
-    /// Small triangles along each side of a patch; 2 to 255, default 3.
+    /// Small triangles along each side of a patch; 2 to 16, default 3.
     ///
     /// Deviation: any `k`, as section 2.1 defines patches; the paper's index lists (4.1) and blocks are for 3.
     pub k: u32,
@@ -22,29 +40,48 @@ pub struct Options {
     ///
     /// Deviation: the paper has 3 "for the simplicity" (section 3, phase 2).
     pub layers: u32,
-    /// The longest screen length, in pixels, that the leg of a small triangle may have; positive, default 8. The leg
-    /// counts with its length on the map, as if seen square-on from where the eye is nearest to its patch. On the
-    /// finest layer legs may be longer.
+    /// What decides which patches are split; default [`LevelMetric::Distance`].
+    pub metric: LevelMetric,
+    /// For [`LevelMetric::Distance`] and [`LevelMetric::Box`]: the longest screen length, in pixels, that the leg of a
+    /// small triangle may have; positive, default 8. The leg counts as if seen square-on from where the eye is nearest
+    /// to its patch: with its length on the map, or with the k-th part of the box's longest edge. On the finest layer
+    /// legs may be longer.
     pub leg_px: f64,
+    /// For [`LevelMetric::Error`]: the largest distance, in pixels, between the mesh and any sample of the DEM;
+    /// positive, default 1. Both are measured by [`View::pixels`](terrain_core::View::pixels).
+    pub tolerance_px: f64,
     /// How the visible patches reach the GPU; default [`Batching::PerPatch`].
     pub batching: Batching,
 }
 
 impl Default for Options {
     fn default() -> Self {
-        Self { k: 3, layers: 3, leg_px: 8.0, batching: Batching::default() }
+        Self {
+            k: 3,
+            layers: 3,
+            metric: LevelMetric::default(),
+            leg_px: 8.0,
+            tolerance_px: 1.0,
+            batching: Batching::default(),
+        }
     }
 }
 
 impl Options {
-    /// The largest `k`: the 8 index lists stay below 7 MB, and a patch stays a patch.
-    pub const MAX_K: u32 = 255;
+    /// The largest `k`. From 5 on, most terrain needs nearly every sample: a level is then as coarse as `k * k` of the
+    /// next finer one.
+    pub const MAX_K: u32 = 16;
     /// The largest number of layers.
     pub const MAX_LAYERS: u32 = 6;
 
+    /// Beyond the paper: levels by error, four layers, instances.
+    pub fn bounded() -> Self {
+        Self { layers: 4, metric: LevelMetric::Error, batching: Batching::Instanced, ..Self::default() }
+    }
+
     /// Refuses settings outside the ranges stated at the fields.
     pub fn validate(&self) -> Result<(), HtpError> {
-        let Self { k, layers, leg_px, .. } = *self;
+        let Self { k, layers, leg_px, tolerance_px, .. } = *self;
         if !(2..=Self::MAX_K).contains(&k) {
             return Err(HtpError::K(k));
         }
@@ -55,8 +92,12 @@ impl Options {
         if coarsest_step(k, layers) > i16::MAX as u64 {
             return Err(HtpError::Step { k, layers });
         }
-        if !(leg_px > 0.0 && leg_px.is_finite()) {
+        let is_length = |px: f64| px > 0.0 && px.is_finite();
+        if !is_length(leg_px) {
             return Err(HtpError::LegPx(leg_px));
+        }
+        if !is_length(tolerance_px) {
+            return Err(HtpError::TolerancePx(tolerance_px));
         }
         Ok(())
     }
@@ -79,6 +120,9 @@ pub enum HtpError {
     /// [`Options::leg_px`] not positive or not finite.
     #[error("leg of {0} px: expected a positive, finite number")]
     LegPx(f64),
+    /// [`Options::tolerance_px`] not positive or not finite.
+    #[error("tolerance of {0} px: expected a positive, finite number")]
+    TolerancePx(f64),
     /// The coarsest step, `k^(layers - 1)` sample intervals, is too long.
     #[error("k of {k} with {layers} layers makes steps of {step} sample intervals: expected at most {max}",
         step = coarsest_step(*.k, *.layers), max = i16::MAX)]
@@ -88,7 +132,7 @@ pub enum HtpError {
         /// [`Options::layers`].
         layers: u32,
     },
-    /// The DEM has too many patches for vertices of their own ([`Batching::PerPatch`]).
+    /// The DEM has too many patches for vertices of their own ([`Batching::PerPatch`], [`Batching::MergedCell`]).
     #[error("{patches} patches with vertices of their own: expected at most {limit}; use instances")]
     Patches {
         /// Patches of all layers of all cells.
@@ -107,17 +151,17 @@ mod tests {
         let refuse = |options: Options| options.validate().unwrap_err().to_string();
         let good = Options::default();
         assert_eq!(good.validate(), Ok(()));
-        assert_eq!(refuse(Options { k: 1, ..good }), "k of 1: expected 2 to 255");
-        assert_eq!(refuse(Options { k: 256, ..good }), "k of 256: expected 2 to 255");
+        assert_eq!(Options::bounded().validate(), Ok(()));
+        assert_eq!(refuse(Options { k: 1, ..good }), "k of 1: expected 2 to 16");
+        assert_eq!(refuse(Options { k: 17, ..good }), "k of 17: expected 2 to 16");
         assert_eq!(refuse(Options { layers: 0, ..good }), "0 layers: expected 1 to 6");
         assert_eq!(refuse(Options { layers: 7, ..good }), "7 layers: expected 1 to 6");
         let steps = "k of 9 with 6 layers makes steps of 59049 sample intervals: expected at most 32767";
         assert_eq!(refuse(Options { k: 9, layers: 6, ..good }), steps);
-        for leg_px in [0.0, -1.0, f64::NAN, f64::INFINITY] {
-            assert_eq!(
-                refuse(Options { leg_px, ..good }),
-                format!("leg of {leg_px} px: expected a positive, finite number")
-            );
+        for px in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+            let expected = format!("{px} px: expected a positive, finite number");
+            assert_eq!(refuse(Options { leg_px: px, ..good }), format!("leg of {expected}"));
+            assert_eq!(refuse(Options { tolerance_px: px, ..good }), format!("tolerance of {expected}"));
         }
     }
 }

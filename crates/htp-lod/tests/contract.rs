@@ -1,4 +1,4 @@
-//! Both batchings keep the contract of all methods, on DEMs that are no multiple of a cell. The legs are as long as it
+//! All batchings keep the contract of all methods, on DEMs that are no multiple of a cell. The legs are as long as it
 //! takes for all layers to be in sight on DEMs as small as these.
 
 mod seen;
@@ -19,7 +19,7 @@ fn check(heightmap: Heightmap, options: Options, frames: u32, lists: usize) {
     let (heightmap, seed) = (Arc::new(heightmap), options.k as u64);
     let seen = seen::levels_and_lists(&heightmap, options, seed, frames);
     assert_eq!(seen, [options.layers as usize, lists], "levels and index lists in sight");
-    for batching in [Batching::PerPatch, Batching::Instanced] {
+    for batching in [Batching::PerPatch, Batching::MergedCell, Batching::Instanced] {
         let build = |_threads| -> Box<dyn LodMethod> {
             Box::new(Htp::new(heightmap.clone(), Options { batching, ..options }).unwrap())
         };

@@ -2,11 +2,12 @@
 
 use super::*;
 use crate::blocks::{ALL_COLLAPSED, Side};
-use crate::grid::Patch;
+use crate::grid::{Patch, Square};
+use crate::leaves::{self, Leaf};
 use std::collections::BTreeSet;
 use terrain_core::walk::RandomWalk;
 use terrain_core::watertight::{WatertightOracle, Watertightness};
-use terrain_core::{MeshMirror, PatchInstance, Sample, SplitMix64};
+use terrain_core::{MeshMirror, Sample, SplitMix64};
 
 fn rough(columns: u32, rows: u32) -> Arc<Heightmap> {
     let mut random = SplitMix64::new(columns as u64 * 70_000 + rows as u64);
@@ -30,12 +31,20 @@ fn lot(seed: u64, square: Square) -> u8 {
     split(0) | split(1) << 1
 }
 
+/// All leaves, in sight or not.
+fn all_leaves(method: &Htp) -> Vec<Leaf> {
+    let (grid, mut leaves) = (&method.grid, Vec::new());
+    grid.squares(grid.top()).for_each(|cell| leaves::collect(grid, &method.levels, cell, None, &mut leaves));
+    leaves
+}
+
 /// Draws a restricted mix of levels over the whole DEM and judges the mesh.
-fn judge_mix(method: &mut Htp, mirror: &mut MeshMirror, size: [u32; 2], seed: u64) -> Watertightness {
-    let mut plan = FramePlan::default();
+fn judge_mix(method: &mut Htp, mirror: &mut MeshMirror, wish: impl Fn(Square) -> u8) -> Watertightness {
+    let (mut plan, size) = (FramePlan::default(), method.grid.samples());
     method.initialise(&mut plan);
-    method.levels.choose(&method.grid, |square| lot(seed, square));
-    leaves::collect(&method.grid, &method.levels, None, &mut method.leaves);
+    method.levels.choose(&method.grid, wish);
+    let Rendering::Instanced(instanced) = &mut method.rendering else { unreachable!("mixes are drawn by instances") };
+    instanced.select(&method.grid, &method.levels, None);
     method.render(&mut plan);
     mirror.replay(&plan).unwrap();
     WatertightOracle::new(size[0], size[1]).check(mirror.triangles(), mirror.degenerate())
@@ -53,12 +62,9 @@ fn for_all_mixes(lockstep: bool, mut verdict: impl FnMut(&Htp, [u32; 2], u64, Wa
                 // Every square passes for one that does not cross the rim.
                 method.grid.layers.iter_mut().for_each(|layer| layer.inside = [u32::MAX; 2]);
             }
-            // Without lockstep there can be more leaves than finest patches.
-            let sizes = method.buffers();
-            let sizes = BufferSizes { instances: 2 * sizes.instances, ..sizes };
-            let mut mirror = MeshMirror::new(&sizes, &heightmap);
+            let mut mirror = MeshMirror::new(&method.buffers(), &heightmap);
             for seed in 0..if size[0] > 100 { 3 } else { 40 } {
-                let found = judge_mix(&mut method, &mut mirror, size, seed);
+                let found = judge_mix(&mut method, &mut mirror, |square| lot(seed, square));
                 verdict(&method, size, seed, found);
             }
         }
@@ -72,18 +78,13 @@ fn restricted_mixes_are_watertight_on_dems_of_any_size() {
         let k = method.grid.k;
         assert!(found.covers(size[0], size[1]), "{size:?}, k {k}, seed {seed}: {found:?}");
         assert_restricted(method);
-        assert!(fits_its_instances(method));
-        method.leaves.iter().for_each(|leaf| masks[leaf.mask as usize] += 1);
+        all_leaves(method).iter().for_each(|leaf| masks[leaf.mask as usize] += 1);
     });
     assert!(masks[..7].iter().all(|count| *count > 100), "blocks that no mix has tried: {masks:?}");
     assert_eq!(masks[7], 0);
 }
 
-fn fits_its_instances(method: &Htp) -> bool {
-    size_of::<PatchInstance>() as u64 * method.leaves.len() as u64 <= method.buffers().instances
-}
-
-/// Clamping alone is a trap: see [`Levels`]. The signed area is right in every one of the broken meshes.
+/// Clamping alone is a trap: see `closure`. The signed area is right in every one of the broken meshes.
 #[test]
 fn without_lockstep_at_the_rim_triangles_fold_over() {
     let mut folded = [0; 8];
@@ -95,11 +96,37 @@ fn without_lockstep_at_the_rim_triangles_fold_over() {
     assert!([3, 4, 5, 7].iter().all(|k| folded[*k] > 0), "{folded:?}");
 }
 
+/// Every set of wishes: among them is every restricted mix of levels, as the wishes that entail nothing.
+#[test]
+fn all_mixes_of_small_dems_are_watertight() {
+    let mut drawn = BTreeSet::new();
+    // Whole cells (columns and rows a cell's side and one), and DEMs that cells cross the rim of.
+    for (k, layers, size) in
+        [(2, 2, [13, 9]), (2, 3, [9, 9]), (2, 3, [8, 6]), (3, 2, [19, 19]), (3, 2, [17, 23]), (4, 2, [33, 33])]
+    {
+        let heightmap = rough(size[0], size[1]);
+        let mut method = htp(&heightmap, k, layers, Batching::Instanced);
+        let mut mirror = MeshMirror::new(&method.buffers(), &heightmap);
+        // Two bits for each square whose halves can be split.
+        let squares: Vec<Square> = (1..layers).flat_map(|level| method.grid.squares(level)).collect();
+        for mix in 0..1u32 << (2 * squares.len()) {
+            let number = |square: &Square| squares.iter().position(|other| other == square).unwrap();
+            let found = judge_mix(&mut method, &mut mirror, |square| (mix >> (2 * number(&square)) & 3) as u8);
+            assert!(found.covers(size[0], size[1]), "{size:?}, k {k}, mix {mix:b}: {found:?}");
+            assert_restricted(&method);
+            drawn.extend(all_leaves(&method).iter().map(|leaf| (k, leaf.patch.half as u8, leaf.mask)));
+        }
+    }
+    // Each half with the plain list and all 6 matching blocks that can be drawn.
+    let of = |k: u32| drawn.iter().filter(|(other, ..)| *other == k).count();
+    assert_eq!([2, 3, 4].map(of), [14; 3], "{drawn:?}");
+}
+
 /// Neighbours differ by one level at most, and each mask says what its neighbours are.
 fn assert_restricted(method: &Htp) {
-    let Htp { grid, levels, leaves, .. } = method;
-    let is_split = |patch: Patch| levels.is_split(grid, patch);
-    for leaf in leaves {
+    let Htp { grid, levels, .. } = method;
+    let is_split = |patch: Patch| levels.split().contains(grid, patch);
+    for leaf in &all_leaves(method) {
         assert!(grid.parent(leaf.patch).is_none_or(is_split) && !is_split(leaf.patch));
         let mut mask = 0;
         for side in Side::ALL {
@@ -126,8 +153,7 @@ fn levels_of_random_views_are_restricted() {
         for view in RandomWalk::new(k as u64, &heightmap).take(100) {
             method.plan(&view, &mut plan);
             assert_restricted(&method);
-            assert!(fits_its_instances(&method));
-            levels_seen.extend(method.leaves.iter().map(|leaf| leaf.patch.square.level));
+            levels_seen.extend(all_leaves(&method).iter().map(|leaf| leaf.patch.square.level));
         }
         assert_eq!(levels_seen.len() as u32, layers);
     }
@@ -140,7 +166,7 @@ fn no_leg_is_longer_than_allowed_but_on_the_finest_layer() {
     let mut plan = FramePlan::default();
     for view in RandomWalk::new(7, &heightmap).take(50) {
         method.plan(&view, &mut plan);
-        for square in method.leaves.iter().map(|leaf| leaf.patch.square).filter(|square| square.level > 0) {
+        for square in all_leaves(&method).iter().map(|leaf| leaf.patch.square).filter(|square| square.level > 0) {
             let distance_m = view.distance_m(&method.grid.bounds_world(square));
             assert!(view.pixels(method.grid.leg_m(square.level), distance_m) <= method.options.leg_px);
         }
@@ -154,38 +180,56 @@ fn triangle_set(mirror: &MeshMirror) -> BTreeSet<[Sample; 3]> {
     triangles
 }
 
+const BATCHINGS: [Batching; 3] = [Batching::PerPatch, Batching::MergedCell, Batching::Instanced];
+
 #[test]
-fn both_batchings_draw_the_same_triangles() {
+fn all_batchings_draw_the_same_triangles() {
     for (columns, rows, k, layers) in [(193, 250, 3, 3), (54, 29, 2, 5), (100, 30, 4, 4), (41, 40, 9, 1)] {
         let heightmap = rough(columns, rows);
-        let mut methods = [Batching::PerPatch, Batching::Instanced].map(|batching| {
-            let options = Options { k, layers, batching, ..Options::default() };
-            Htp::new(heightmap.clone(), options).unwrap()
-        });
-        let mut mirrors = methods.each_ref().map(|method| MeshMirror::new(&method.buffers(), &heightmap));
-        let mut plans = [FramePlan::default(), FramePlan::default()];
-        for view in RandomWalk::new(k as u64, &heightmap).take(40) {
-            for ((method, mirror), plan) in methods.iter_mut().zip(&mut mirrors).zip(&mut plans) {
-                method.plan(&view, plan);
-                mirror.replay(plan).unwrap();
+        for (metric, culling) in METRICS.into_iter().flat_map(|metric| [(metric, false), (metric, true)]) {
+            let mut methods = BATCHINGS.map(|batching| {
+                let options = Options { k, layers, batching, metric, ..Options::default() };
+                Htp::new(heightmap.clone(), options).unwrap()
+            });
+            methods.iter_mut().for_each(|method| method.set_culling(culling));
+            let mut mirrors = methods.each_ref().map(|method| MeshMirror::new(&method.buffers(), &heightmap));
+            let mut plan = FramePlan::default();
+            for view in RandomWalk::new(k as u64, &heightmap).take(30) {
+                let mut draws = [0; 3];
+                for ((method, mirror), draws) in methods.iter_mut().zip(&mut mirrors).zip(&mut draws) {
+                    method.plan(&view, &mut plan);
+                    mirror.replay(&plan).unwrap();
+                    *draws = plan.draws.len();
+                }
+                let [per_patch, merged, instanced] = mirrors.each_ref().map(triangle_set);
+                assert_eq!(per_patch, instanced);
+                // A cell is culled as a whole.
+                assert!(merged.is_superset(&per_patch) && (culling || merged == per_patch));
+                assert!(draws[1] <= methods[1].grid.squares(layers - 1).count() && draws[2] <= 7, "{draws:?}");
             }
-            assert_eq!(triangle_set(&mirrors[0]), triangle_set(&mirrors[1]));
-            assert_eq!(plans[0].draws.len(), methods[0].leaves.len());
-            assert!(plans[1].draws.len() < 8);
         }
     }
 }
+
+const METRICS: [LevelMetric; 3] = [LevelMetric::Distance, LevelMetric::Box, LevelMetric::Error];
 
 #[test]
 fn the_first_plan_sends_each_cell_once_and_the_second_nothing() {
     let heightmap = rough(100, 60);
     let view = RandomWalk::new(3, &heightmap).next().unwrap();
-    for batching in [Batching::PerPatch, Batching::Instanced] {
+    for batching in BATCHINGS {
         let mut method = htp(&heightmap, 3, 3, batching);
         let mut plan = FramePlan::default();
         method.plan(&view, &mut plan);
-        // The indices, and 4 x 3 cells; or the indices, the one patch, and the instances.
-        assert_eq!(plan.uploads.len(), if batching == Batching::PerPatch { 1 + 12 } else { 3 });
+        let uploads = |buffer: Buffer| plan.uploads.iter().filter(|upload| upload.buffer == buffer).count();
+        let masks = all_leaves(&method).iter().map(|leaf| leaf.mask).collect::<BTreeSet<_>>().len();
+        // 4 x 3 cells.
+        let expected = match batching {
+            Batching::PerPatch => [12, 1, 0],
+            Batching::MergedCell => [12, 12, 0],
+            Batching::Instanced => [1, 1, masks],
+        };
+        assert_eq!([Buffer::Vertices, Buffer::Indices, Buffer::Instances].map(uploads), expected, "{batching:?}");
         let uploaded: usize = plan.uploads.iter().map(|upload| upload.bytes.len()).sum();
         let sizes = method.buffers();
         if batching == Batching::PerPatch {

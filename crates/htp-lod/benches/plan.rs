@@ -1,0 +1,156 @@
+//! Figures of the method, by what the crate's users set: CPU time of a plan, triangles, draws, bytes, error tables.
+//!
+//! `cargo bench -p htp-lod --bench plan [-- path/to/dem.png spacing scale]`; without arguments the Puget Sound DEM that
+//! lies beside the project on some machines, or else synthetic terrain of the same size. One thread, 1280 x 720 pixels,
+//! 60 degrees, at first 100 m above the middle of the DEM. Times are CPU time of this thread.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::time::Instant;
+
+use cpu_time::ThreadTime;
+use htp_lod::{Batching, Htp, LevelMetric, Options};
+use terrain_core::{Camera, FramePlan, FrameStats, Heightmap, Lens, LodMethod, View};
+use terrain_dem::ReadOptions;
+
+const FRAMES: usize = 900;
+const SPEED_M: f64 = 100.0 / 60.0;
+
+fn main() {
+    let (name, dem) = open();
+    println!("{name}: {} x {} samples, spacing {:?} m", dem.columns(), dem.rows(), dem.spacing_m());
+    error_tables(&dem);
+    for k in [2, 3, 4] {
+        triangles(&dem, k);
+    }
+    draws(&dem);
+    let bounded = Options::bounded();
+    for options in [bounded, Options { k: 2, layers: 6, ..bounded }, Options { k: 4, ..bounded }] {
+        times(&dem, options);
+    }
+    for metric in [LevelMetric::Distance, LevelMetric::Box] {
+        times(&dem, Options { metric, ..bounded });
+    }
+}
+
+fn open() -> (String, Arc<Heightmap>) {
+    let arguments: Vec<String> = std::env::args().skip(1).filter(|a| a != "--bench").collect();
+    let beside = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/dem/ps_1025.png");
+    let (path, spacing_m, scale) = match &arguments[..] {
+        [path, spacing, scale] => (PathBuf::from(path), spacing.parse().unwrap(), scale.parse().unwrap()),
+        _ => (beside, 160.0, 0.1),
+    };
+    if !path.is_file() {
+        return ("synthetic".to_owned(), Arc::new(terrain_dem::synthetic::generate(1025, 1025, 1)));
+    }
+    let options = ReadOptions { spacing_m: Some([spacing_m; 2]), scale: Some(scale), ..Default::default() };
+    let dem = terrain_dem::read(&path, &options).unwrap();
+    (dem.name, dem.heightmap)
+}
+
+/// Construction with errors less construction without, on 1 and on 2 threads.
+fn error_tables(dem: &Arc<Heightmap>) {
+    for (k, layers) in [(2, 6), (3, 4), (4, 4)] {
+        let options = Options { k, layers, ..Options::bounded() };
+        let samples = dem.heights_m().len() as f64;
+        let bytes = Htp::new(dem.clone(), options).unwrap().error_bytes() as f64 / samples;
+        let wall_ms = [1, 2].map(|threads| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            let build_ms = |metric: LevelMetric| {
+                let build = || {
+                    let start = Instant::now();
+                    pool.install(|| drop(Htp::new(dem.clone(), Options { metric, ..options })));
+                    start.elapsed().as_secs_f64() * 1e3
+                };
+                quantile(&mut (0..7).map(|_| build()).collect::<Vec<_>>(), 0.5)
+            };
+            build_ms(LevelMetric::Error) - build_ms(LevelMetric::Distance)
+        });
+        let [one, two] = wall_ms;
+        println!(
+            "errors k {k}, {layers} layers: {bytes:.3} bytes a sample, built in {one:.0} ms on 1 thread, {two:.0} on 2"
+        );
+    }
+}
+
+fn triangles(dem: &Arc<Heightmap>, k: u32) {
+    let bounded = Options { k, layers: if k == 2 { 6 } else { 4 }, ..Options::bounded() };
+    for px in [0.5, 1.0, 2.0] {
+        for metric in [LevelMetric::Error, LevelMetric::Distance, LevelMetric::Box] {
+            // A leg as long as it takes: the other metrics know no error.
+            let options = Options { metric, tolerance_px: px, leg_px: 8.0 * px, ..bounded };
+            let mut method = Htp::new(dem.clone(), options).unwrap();
+            let view = view(dem, 0.0, 0.0);
+            let [whole, in_view] = [false, true].map(|culling| {
+                method.set_culling(culling);
+                FrameStats::of(&plan(&mut method, &view)).triangles
+            });
+            let setting = if metric == LevelMetric::Error { px } else { 8.0 * px };
+            println!("triangles k {k}, {metric:?} {setting} px: {whole} whole, {in_view} in view");
+        }
+    }
+}
+
+fn draws(dem: &Arc<Heightmap>) {
+    for (k, layers) in [(2, 6), (3, 4), (4, 4)] {
+        let draws = [Batching::PerPatch, Batching::MergedCell, Batching::Instanced].map(|batching| {
+            let options = Options { k, layers, batching, ..Options::bounded() };
+            plan(&mut Htp::new(dem.clone(), options).unwrap(), &view(dem, 0.0, 0.0)).draws.len()
+        });
+        println!("draws k {k}: {} per patch, {} merged cells, {} instanced", draws[0], draws[1], draws[2]);
+    }
+}
+
+/// A straight flight, a turn at 30 degrees a second, and teleports.
+fn times(dem: &Arc<Heightmap>, options: Options) {
+    let Options { k, layers, metric, .. } = options;
+    println!("plans k {k}, {layers} layers, {metric:?}:");
+    report("straight", dem, options, |frame| view(dem, frame as f64 * SPEED_M, 0.0));
+    report("turning", dem, options, |frame| view(dem, 0.0, (frame as f64 * 0.5).to_radians()));
+    let [x_m, _] = dem.extent_m();
+    report("teleports", dem, options, |frame| view(dem, (frame * 7919 % 1000) as f64 / 2500.0 * x_m, frame as f64));
+}
+
+fn report(name: &str, dem: &Arc<Heightmap>, options: Options, view: impl Fn(usize) -> View) {
+    let mut method = Htp::new(dem.clone(), options).unwrap();
+    let mut frame_plan = FramePlan::default();
+    method.plan(&view(0), &mut frame_plan);
+    let (mut times_ms, mut bytes, mut uploads) = (Vec::new(), Vec::new(), Vec::new());
+    for frame in 1..FRAMES {
+        let view = view(frame);
+        let start = ThreadTime::now();
+        method.plan(&view, &mut frame_plan);
+        times_ms.push(start.elapsed().as_secs_f64() * 1e3);
+        bytes.push(FrameStats::of(&frame_plan).upload_bytes as f64);
+        uploads.push(frame_plan.uploads.len() as f64);
+    }
+    let mean_bytes = bytes.iter().sum::<f64>() / bytes.len() as f64;
+    println!(
+        "  {name:9}: P50 {:.3}, P99 {:.3} ms; mean {mean_bytes:.0}, P99 {:.0} bytes in P99 {:.0} uploads; {} triangles",
+        quantile(&mut times_ms, 0.5),
+        quantile(&mut times_ms, 0.99),
+        quantile(&mut bytes, 0.99),
+        quantile(&mut uploads, 0.99),
+        FrameStats::of(&frame_plan).triangles,
+    );
+}
+
+fn quantile(values: &mut [f64], share: f64) -> f64 {
+    values.sort_by(f64::total_cmp);
+    values[((values.len() - 1) as f64 * share) as usize]
+}
+
+fn plan(method: &mut Htp, view: &View) -> FramePlan {
+    let mut plan = FramePlan::default();
+    method.plan(view, &mut plan);
+    plan
+}
+
+/// 100 m above the ground, so many metres east of the middle; looks so far from east, 5 degrees down.
+fn view(dem: &Heightmap, way_m: f64, turned: f64) -> View {
+    let [x_m, z_m] = dem.extent_m().map(|extent_m| extent_m / 2.0);
+    let x_m = x_m + way_m;
+    let eye_world = [x_m, dem.ground_m(x_m, z_m) + 100.0, z_m].into();
+    let camera = Camera { eye_world, heading: 90f64.to_radians() + turned, pitch: -5f64.to_radians() };
+    View::new(&camera, &Lens { fov_y: 60f64.to_radians(), size_px: [1280, 720], near_m: 1.0 }).unwrap()
+}

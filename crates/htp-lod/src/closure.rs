@@ -1,0 +1,179 @@
+//! What must be split beside what the metric asks for: neighbours differ by one level at most, across cells too
+//! (section 2.2), and no matching block is too bad.
+//!
+//! Level by level from the finest up. At the sides of the split patches of a level, beyond which nothing is split:
+//!
+//! - *Restriction*: where a child along such a side is split itself, its neighbour would be two levels coarser. The
+//!   patch beyond the side is split.
+//! - *Repair* (not in the paper): where the block of a child along such a side is too bad, the patch beyond is split,
+//!   so that the side is no longer collapsed; of two sides, the one without which the block's error is smaller. To
+//!   split the child would not help: a child is finer than what its block has to match.
+//!
+//! What is split so only makes blocks better, and has children that are fine (`errors`), so one pass up the levels is
+//! enough; inside a level a list grows while it is worked off. The order of the list is fixed, and with it the result.
+
+use crate::border::{Border, BorderChild, sides_of};
+use crate::grid::{BOTH_HALVES, Grid, Half, Patch, Square};
+use crate::levels::Split;
+use crate::odometer::{NEVER, Odometer};
+use crate::rule::{Answer, Rule};
+
+/// The pass up the levels, and the decisions that it has made.
+pub(crate) struct Closure {
+    border: Border,
+    /// Split patches of the level in work.
+    list: Vec<Patch>,
+    checks: Checks,
+}
+
+/// Comparisons of a block's error with a distance. With the same wishes and the same answers the pass would take the
+/// same course.
+#[derive(Default)]
+struct Checks {
+    made: Vec<Check>,
+    deadlines_m: Vec<f64>,
+    soonest_m: f64,
+}
+
+struct Check {
+    square: Square,
+    /// In steps.
+    error: u16,
+    too_bad: bool,
+}
+
+impl Closure {
+    pub fn new(grid: &Grid) -> Self {
+        Self { border: Border::new(grid), list: Vec::new(), checks: Checks::default() }
+    }
+
+    /// Splits whatever is needed; repairs where there is a rule that knows errors.
+    pub fn close(&mut self, grid: &Grid, split: &mut Split, rule: Option<(&Rule, &Odometer)>) {
+        self.checks.clear();
+        for level in 1..=grid.top() {
+            self.list.clear();
+            split.patches(grid, level, &mut self.list);
+            if level > 1 {
+                self.restrict(grid, split);
+            }
+            if let Some((rule, odometer)) = rule.filter(|(rule, _)| rule.errors().is_some()) {
+                self.repair(rule, odometer, split);
+            }
+        }
+    }
+
+    /// Whether a pass for the same wishes would still take the same course.
+    pub fn still_holds(&mut self, rule: &Rule, odometer: &Odometer) -> bool {
+        self.checks.still_hold(rule, odometer)
+    }
+
+    fn restrict(&mut self, grid: &Grid, split: &mut Split) {
+        let mut next = 0;
+        while let Some(parent) = self.list.get(next).copied() {
+            next += 1;
+            for side in sides_of(split.coarser_sides(grid, parent)) {
+                let mut children = self.border.touching(grid, parent, side.bit());
+                if children.any(|(_, child)| split.contains(grid, child)) {
+                    let beyond = grid.neighbour(parent, side).expect("a coarser side has a neighbour");
+                    force(grid, split, beyond, &mut self.list);
+                }
+            }
+        }
+    }
+
+    fn repair(&mut self, rule: &Rule, odometer: &Odometer, split: &mut Split) {
+        let Self { border, list, checks } = self;
+        let mut next = 0;
+        while let Some(parent) = list.get(next).copied() {
+            next += 1;
+            let mut coarser = split.coarser_sides(rule.grid, parent);
+            for (child, patch) in border.touching(rule.grid, parent, coarser) {
+                if !split.contains(rule.grid, patch) {
+                    let leaf = Leaf { parent, child, square: patch.square };
+                    let kept = leaf.tolerable_sides(rule, odometer, coarser & child.touched, checks);
+                    for side in sides_of(coarser & child.touched & !kept) {
+                        let beyond = rule.grid.neighbour(parent, side).expect("a coarser side has a neighbour");
+                        force(rule.grid, split, beyond, list);
+                        coarser &= !side.bit();
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// Splits a patch.
+///
+/// Deviation: a square that crosses the DEM's rim splits both halves together, so that a hypotenuse is never collapsed
+/// there. Otherwise the collapsed edge, clamped, would cut across the DEM while the clamped inner row lies beyond it,
+/// and triangles would fold over.
+fn force(grid: &Grid, split: &mut Split, patch: Patch, list: &mut Vec<Patch>) {
+    let halves = if grid.crosses_rim(patch.square) { BOTH_HALVES } else { patch.half.bit() };
+    let added = split.insert(grid, patch.square, halves);
+    list.extend(Half::BOTH.into_iter().filter(|half| added & half.bit() != 0).map(|half| patch.square.half(half)));
+}
+
+/// A patch to draw along its parent's sides.
+struct Leaf {
+    parent: Patch,
+    child: BorderChild,
+    square: Square,
+}
+
+impl Leaf {
+    /// What may stay collapsed of a mask.
+    fn tolerable_sides(&self, rule: &Rule, odometer: &Odometer, mut mask: u8, checks: &mut Checks) -> u8 {
+        if mask == 0 {
+            return 0; // an earlier child has had the side beyond it split
+        }
+        let distance_m = rule.distance_m(self.square);
+        loop {
+            let error = rule.block_error(self.parent, &self.child, mask);
+            if error == 0 {
+                return mask;
+            }
+            let answer = rule.is_too_bad(distance_m, error);
+            checks.push(odometer, self.square, error, answer);
+            if !answer.near {
+                return mask;
+            }
+            let without = |side: u8| rule.block_error(self.parent, &self.child, mask & !side);
+            let worst = sides_of(mask).map(|side| side.bit()).min_by_key(|side| without(*side));
+            mask &= !worst.expect("a mask without sides has no error");
+        }
+    }
+}
+
+impl Checks {
+    fn clear(&mut self) {
+        self.made.clear();
+        self.deadlines_m.clear();
+        self.soonest_m = NEVER;
+    }
+
+    fn push(&mut self, odometer: &Odometer, square: Square, error: u16, answer: Answer) {
+        let deadline_m = odometer.deadline_m(answer.slack_m);
+        self.made.push(Check { square, error, too_bad: answer.near });
+        self.deadlines_m.push(deadline_m);
+        self.soonest_m = self.soonest_m.min(deadline_m);
+    }
+
+    /// Whether all answers are the same; looks again at those whose deadline has come.
+    fn still_hold(&mut self, rule: &Rule, odometer: &Odometer) -> bool {
+        if !odometer.has_passed(self.soonest_m) {
+            return true;
+        }
+        self.soonest_m = NEVER;
+        for (check, deadline_m) in self.made.iter().zip(&mut self.deadlines_m) {
+            if odometer.has_passed(*deadline_m) {
+                let answer = rule.is_too_bad(rule.distance_m(check.square), check.error);
+                if answer.near != check.too_bad {
+                    return false;
+                }
+                *deadline_m = odometer.deadline_m(answer.slack_m);
+            }
+            self.soonest_m = self.soonest_m.min(*deadline_m);
+        }
+        true
+    }
+}

@@ -1,0 +1,168 @@
+//! The error of every patch and of every matching block that it can be drawn with: stored once, looked up in each
+//! frame. The paper has no errors; this is what makes a tolerance a bound.
+//!
+//! The error of a patch is the largest vertical distance between a sample of the DEM and the patch drawn plain, made
+//! the maximum with the errors of its children: a patch that is fine has children that are fine, so that splitting it
+//! for a neighbour's sake (`closure`) asks for no more. The error with a mask is that of the matching block, made the
+//! maximum with the masks that it contains: a block stays fine when a side is no longer collapsed. Even a patch of the
+//! finest layer has errors, where a side drops samples.
+//!
+//! Only what can be drawn is stored, by split patch: its own error and those of its border children (`border`).
+//!
+//! ```text
+//!  | square: NW half                                 | SE half ...
+//!  | plain | child 0: L  R  LR | child 1: R | ...    |               2 (3k + 4) numbers of 16 bits: 52 bytes for k = 3
+//! ```
+//!
+//! A number counts steps of 1/65,535 of the DEM's height range, rounded up. No error is larger than the range, since
+//! every triangle lies between its corners.
+
+use crate::blocks::{ALL_COLLAPSED, index_list, local_vertices};
+use crate::border::{Border, BorderChild};
+use crate::deviation::deviation_m;
+use crate::grid::{Grid, Half, Patch, Square};
+use rayon::prelude::*;
+use terrain_core::{Heightmap, LocalVertex};
+
+/// The errors of all patches that can be split, and of their border children.
+pub(crate) struct ErrorTable {
+    pub border: Border,
+    /// Metres of one step.
+    step_m: f64,
+    /// By level, from 1: the records of all squares, row by row.
+    layers: Vec<Vec<u16>>,
+}
+
+impl ErrorTable {
+    /// Measures all patches and blocks, on the threads of the current pool.
+    pub fn new(heightmap: &Heightmap, grid: &Grid) -> Self {
+        let heights_m = heightmap.heights_m().iter();
+        let [low, high] =
+            heights_m.fold([f32::INFINITY, f32::NEG_INFINITY], |[low, high], h| [low.min(*h), high.max(*h)]);
+        let step_m = (high as f64 - low as f64) / u16::MAX as f64;
+        let mut table = Self { border: Border::new(grid), step_m, layers: Vec::new() };
+        let survey = Survey::new(heightmap, grid);
+        for level in 1..=grid.top() {
+            let record = table.record_length();
+            let mut codes = vec![0; grid.squares(level).count() * record];
+            let row_length = grid.layers[level as usize].size[0] as usize * record;
+            codes.par_chunks_mut(row_length).enumerate().for_each(|(row, codes)| {
+                for (column, codes) in codes.chunks_mut(record).enumerate() {
+                    let square = Square { level, column: column as u32, row: row as u32 };
+                    table.measure(&survey, square, codes);
+                }
+            });
+            table.layers.push(codes);
+        }
+        table
+    }
+
+    /// Metres of one step of the stored numbers.
+    pub fn step_m(&self) -> f64 {
+        self.step_m
+    }
+
+    /// Bytes of all numbers.
+    pub fn bytes(&self) -> u64 {
+        self.layers.iter().map(|layer| size_of_val(layer.as_slice()) as u64).sum()
+    }
+
+    /// The error of a patch above the finest layer, drawn plain, in steps.
+    pub fn plain(&self, grid: &Grid, patch: Patch) -> u16 {
+        self.half(grid, patch)[0]
+    }
+
+    /// The error of a border child with a mask other than 0, in steps; for a parent above the finest layer.
+    pub fn block(&self, grid: &Grid, parent: Patch, child: &BorderChild, mask: u8) -> u16 {
+        self.half(grid, parent)[1 + child.mask_index(mask)]
+    }
+
+    /// The half of a record that belongs to a patch.
+    fn half(&self, grid: &Grid, patch: Patch) -> &[u16] {
+        let length = self.record_length() / 2;
+        let start = (2 * grid.index(patch.square) + patch.half as usize) * length;
+        &self.layers[patch.square.level as usize - 1][start..start + length]
+    }
+
+    /// Numbers of one square.
+    fn record_length(&self) -> usize {
+        2 * (1 + self.border.masks)
+    }
+
+    /// Fills the record of a square; those of the finer layers are there.
+    fn measure(&self, survey: &Survey, square: Square, record: &mut [u16]) {
+        let length = record.len() / 2;
+        for half in Half::BOTH {
+            let codes = &mut record[half as usize * length..][..length];
+            codes[0] = self.plain_code(survey, square.half(half));
+            self.measure_blocks(survey, square.half(half), &mut codes[1..]);
+        }
+        // The halves of a square that crosses the rim are split together.
+        if survey.grid.crosses_rim(square) {
+            let larger = record[0].max(record[length]);
+            (record[0], record[length]) = (larger, larger);
+        }
+    }
+
+    fn plain_code(&self, survey: &Survey, patch: Patch) -> u16 {
+        let own = self.code(survey.deviation_m(patch, &survey.plain));
+        if patch.square.level == 1 {
+            return own;
+        }
+        let children = survey.grid.children(patch.square).flat_map(|square| Half::BOTH.map(|half| square.half(half)));
+        let children = children.filter(|child| survey.grid.parent(*child) == Some(patch));
+        children.map(|child| self.plain(survey.grid, child)).fold(own, u16::max)
+    }
+
+    fn measure_blocks(&self, survey: &Survey, parent: Patch, codes: &mut [u16]) {
+        for (child, patch) in self.border.touching(survey.grid, parent, ALL_COLLAPSED) {
+            let plain = if patch.square.level == 0 { 0 } else { self.plain(survey.grid, patch) };
+            for mask in child.masks() {
+                let own = self.code(survey.deviation_m(patch, &survey.strips[mask as usize]));
+                let contained = child.masks().filter(|other| *other != mask && other & mask == *other);
+                let contained = contained.map(|other| codes[child.mask_index(other)]);
+                codes[child.mask_index(mask)] = contained.fold(own.max(plain), u16::max);
+            }
+        }
+    }
+
+    /// Steps of an error, rounded up; what f64 sums may have lost is added first.
+    fn code(&self, error_m: f64) -> u16 {
+        if error_m == 0.0 { 0 } else { (error_m / self.step_m * (1.0 + 1e-9)).ceil() as u16 }
+    }
+}
+
+/// What is measured: triangles of a patch by their local vertices.
+struct Survey<'a> {
+    heightmap: &'a Heightmap,
+    grid: &'a Grid,
+    plain: Vec<[LocalVertex; 3]>,
+    /// By mask: the triangles of the strips along the collapsed sides. The rest of a block is as in the plain patch.
+    strips: Vec<Vec<[LocalVertex; 3]>>,
+}
+
+impl<'a> Survey<'a> {
+    fn new(heightmap: &'a Heightmap, grid: &'a Grid) -> Self {
+        let local = local_vertices(grid.k);
+        let triangles = |mask: u8| -> Vec<[LocalVertex; 3]> {
+            index_list(grid.k, mask).iter().map(|corners| corners.map(|i| local[i as usize])).collect()
+        };
+        let plain = triangles(0);
+        let strips = (0..ALL_COLLAPSED).map(|mask| {
+            let mut triangles = triangles(mask);
+            triangles.retain(|triangle| !plain.contains(triangle));
+            triangles
+        });
+        Self { heightmap, grid, strips: strips.collect(), plain }
+    }
+
+    fn deviation_m(&self, patch: Patch, triangles: &[[LocalVertex; 3]]) -> f64 {
+        let map = self.grid.instance(patch);
+        let sample = |vertex| map.sample(vertex, self.heightmap.columns(), self.heightmap.rows());
+        let deviations = triangles.iter().map(|corners| deviation_m(self.heightmap, corners.map(sample)));
+        deviations.fold(0.0, f64::max)
+    }
+}
+
+#[cfg(test)]
+mod tests;

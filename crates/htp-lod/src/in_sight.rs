@@ -1,0 +1,131 @@
+//! Which leaves are in sight, followed from view to view: what `leaves` collects anew, as changes.
+//!
+//! The tree of squares is culled from the top. A square that was wholly in sight, still is, and holds no changed
+//! level is left as it is, and so is one that was and still is out of sight: a frame visits the squares that the
+//! frustum's planes cross, those that enter or leave, and those where levels have changed.
+
+use crate::cell_layout::CellLayout;
+use crate::grid::{Grid, Half, Square};
+use crate::leaves::{Sight, coarser_sides, leaf_masks, look};
+use crate::levels::Levels;
+use crate::slots::Slots;
+use terrain_core::{PatchInstance, View};
+
+/// What the last frame has found, by level and square; nothing for level 0.
+pub(crate) struct InSight {
+    layers: Vec<Vec<State>>,
+}
+
+#[derive(Clone, Copy)]
+struct State {
+    sight: Sight,
+    /// Whether levels have changed in or below the square since it was visited last.
+    changed: bool,
+}
+
+impl InSight {
+    /// Nothing is in sight.
+    pub fn new(grid: &Grid) -> Self {
+        let nothing = State { sight: Sight::None, changed: false };
+        let squares = |level: u32| if level == 0 { 0 } else { grid.squares(level).count() };
+        Self { layers: (0..=grid.top()).map(|level| vec![nothing; squares(level)]).collect() }
+    }
+
+    /// Follows to a new view: has `slots` draw the leaves that are in sight, and no others.
+    pub fn follow(
+        &mut self,
+        grid: &Grid,
+        levels: &Levels,
+        culling: Option<&View>,
+        layout: &CellLayout,
+        slots: &mut Slots,
+    ) {
+        levels.changed().iter().for_each(|square| self.mark(grid, *square));
+        let mut visit = Visit { grid, levels, layers: &mut self.layers, layout, slots };
+        for cell in grid.squares(grid.top()) {
+            // Nothing is coarser than the top layer.
+            visit.square(cell, [Some(0); 2], culling);
+        }
+    }
+
+    /// Marks a square and all above it.
+    fn mark(&mut self, grid: &Grid, mut square: Square) {
+        loop {
+            self.layers[square.level as usize][grid.index(square)].changed = true;
+            if square.level == grid.top() {
+                return;
+            }
+            square = grid.parent_square(square);
+        }
+    }
+
+    /// As if all levels had changed.
+    #[cfg(test)]
+    pub fn mark_all(&mut self) {
+        self.layers.iter_mut().flatten().for_each(|state| state.changed = true);
+    }
+}
+
+struct Visit<'a> {
+    grid: &'a Grid,
+    levels: &'a Levels,
+    layers: &'a mut [Vec<State>],
+    layout: &'a CellLayout,
+    slots: &'a mut Slots,
+}
+
+impl Visit<'_> {
+    /// `masks` holds the masks of the halves whose parent is split. `culling` is none where all is in sight.
+    fn square(&mut self, square: Square, masks: [Option<u8>; 2], culling: Option<&View>) {
+        let sight = look(self.grid, square, culling);
+        if sight == Sight::None {
+            return self.clear(square);
+        }
+        let split = self.levels.split().halves(self.grid, square);
+        for half in Half::BOTH {
+            let mask = masks[half as usize].filter(|_| split & half.bit() == 0);
+            self.set(square, half, mask);
+        }
+        if square.level > 0 && self.must_descend(square, sight, split) {
+            self.children(square, split, culling.filter(|_| sight == Sight::Part));
+        }
+    }
+
+    /// Takes note of the sight, and returns whether something may have changed below a square.
+    fn must_descend(&mut self, square: Square, sight: Sight, split: u8) -> bool {
+        let state = &mut self.layers[square.level as usize][self.grid.index(square)];
+        let before = std::mem::replace(state, State { sight, changed: false });
+        let same_sight = before.sight == Sight::Whole && sight == Sight::Whole;
+        before.changed || (split != 0 && !same_sight)
+    }
+
+    fn children(&mut self, square: Square, split: u8, culling: Option<&View>) {
+        let coarser = coarser_sides(self.grid, self.levels, square, split);
+        for child in self.grid.children(square) {
+            match leaf_masks(self.grid, coarser, child) {
+                [None, None] => self.clear(child),
+                masks => self.square(child, masks, culling),
+            }
+        }
+    }
+
+    /// Draws nothing of a square.
+    fn clear(&mut self, square: Square) {
+        if square.level > 0 {
+            let state = &mut self.layers[square.level as usize][self.grid.index(square)];
+            if std::mem::replace(&mut state.sight, Sight::None) == Sight::None {
+                return;
+            }
+            self.grid.children(square).for_each(|child| self.clear(child));
+        }
+        Half::BOTH.into_iter().for_each(|half| self.set(square, half, None));
+    }
+
+    fn set(&mut self, square: Square, half: Half, mask: Option<u8>) {
+        let patch = square.half(half);
+        // A tag that is the same in every view, and the same that one draw a patch would have.
+        let tag = || self.layout.tag(self.grid, patch).to_instance();
+        let instance = || PatchInstance { tag: tag(), ..self.grid.instance(patch) };
+        self.slots.set(self.grid.patch_number(patch), mask, instance);
+    }
+}

@@ -1,0 +1,115 @@
+//! What a metric asks for in one view (section 3, phase 4), as lengths: a patch is split, and a block is too bad, while
+//! the eye is nearer to the square's box than the patch's or block's *reach*.
+//!
+//! The screen length of anything in metres falls with the distance ([`View::pixels`]), so that each has one distance
+//! at which it is as long as allowed. A box contains those of its square's children, so no child is nearer; and no
+//! metric gives it a longer reach. Hence a patch that wants to be split has a parent that wants it, too.
+//!
+//! Deviation: the paper's levels go by the bare distance, in a proportion that it does not state. A longest length on
+//! the screen means the same for any picture, field of view and spacing. Of the bounding box, "the sizes of the edges"
+//! are to be computed; here the longest one decides, as if seen square-on from where the eye is nearest to the box, so
+//! that levels do not change when the camera turns.
+
+use crate::border::BorderChild;
+use crate::errors::ErrorTable;
+use crate::grid::{Grid, Half, Patch, Square};
+use crate::options::{LevelMetric, Options};
+use terrain_core::View;
+
+/// A metric and a view.
+pub(crate) struct Rule<'a> {
+    pub grid: &'a Grid,
+    view: &'a View,
+    metric: Metric<'a>,
+}
+
+enum Metric<'a> {
+    /// By level.
+    Distance { reach_m: Vec<f64> },
+    /// For one metre of a leg.
+    Box { reach_per_metre: f64 },
+    /// For one step of an error.
+    Error { table: &'a ErrorTable, reach_per_step_m: f64 },
+}
+
+/// An answer, and how far the eye can move before it may be another one.
+#[derive(Clone, Copy)]
+pub(crate) struct Answer {
+    pub near: bool,
+    pub slack_m: f64,
+}
+
+impl<'a> Rule<'a> {
+    /// `errors` must be there for [`LevelMetric::Error`].
+    pub fn new(options: &Options, grid: &'a Grid, errors: Option<&'a ErrorTable>, view: &'a View) -> Self {
+        let metric = match (options.metric, errors) {
+            (LevelMetric::Distance, _) => Metric::Distance {
+                reach_m: (0..=grid.top()).map(|level| reach_m(view, grid.leg_m(level), options.leg_px)).collect(),
+            },
+            (LevelMetric::Box, _) => Metric::Box { reach_per_metre: reach_m(view, 1.0, options.leg_px) },
+            (LevelMetric::Error, Some(table)) => {
+                Metric::Error { table, reach_per_step_m: reach_m(view, table.step_m(), options.tolerance_px) }
+            }
+            (LevelMetric::Error, None) => unreachable!("levels by error without errors"),
+        };
+        Self { grid, view, metric }
+    }
+
+    /// The errors, where they matter.
+    pub fn errors(&self) -> Option<&'a ErrorTable> {
+        match self.metric {
+            Metric::Error { table, .. } => Some(table),
+            _ => None,
+        }
+    }
+
+    /// The halves of a square that want to be split, and the slack of both answers.
+    pub fn wish(&self, square: Square) -> (u8, f64) {
+        let distance_m = self.distance_m(square);
+        let [north_west, south_east] = self.reaches_m(square).map(|reach_m| answer(distance_m, reach_m));
+        let halves = Half::NorthWest.bit() * north_west.near as u8 + Half::SouthEast.bit() * south_east.near as u8;
+        (halves, north_west.slack_m.min(south_east.slack_m))
+    }
+
+    fn reaches_m(&self, square: Square) -> [f64; 2] {
+        match &self.metric {
+            Metric::Distance { reach_m } => [reach_m[square.level as usize]; 2],
+            Metric::Box { reach_per_metre } => {
+                [reach_per_metre * self.grid.longest_edge_m(square) / self.grid.k as f64; 2]
+            }
+            Metric::Error { table, reach_per_step_m } => {
+                Half::BOTH.map(|half| table.plain(self.grid, square.half(half)) as f64 * reach_per_step_m)
+            }
+        }
+    }
+
+    /// The error of a border child with a mask, in steps; 0 without a mask, since the plain patch is never too bad.
+    pub fn block_error(&self, parent: Patch, child: &BorderChild, mask: u8) -> u16 {
+        match &self.metric {
+            Metric::Error { table, .. } if mask != 0 => table.block(self.grid, parent, child, mask),
+            _ => 0,
+        }
+    }
+
+    /// Whether an error in steps is too large in a square.
+    pub fn is_too_bad(&self, distance_m: f64, error: u16) -> Answer {
+        match &self.metric {
+            Metric::Error { reach_per_step_m, .. } => answer(distance_m, error as f64 * reach_per_step_m),
+            _ => Answer { near: false, slack_m: f64::INFINITY },
+        }
+    }
+
+    pub fn distance_m(&self, square: Square) -> f64 {
+        self.view.distance_m(&self.grid.bounds_world(square))
+    }
+}
+
+fn answer(distance_m: f64, reach_m: f64) -> Answer {
+    Answer { near: distance_m < reach_m, slack_m: (distance_m - reach_m).abs() }
+}
+
+/// The distance in metres at which `length_m` covers `length_px`: distance and pixels trade places in
+/// [`View::pixels`].
+fn reach_m(view: &View, length_m: f64, length_px: f64) -> f64 {
+    view.pixels(length_m, length_px)
+}

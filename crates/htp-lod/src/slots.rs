@@ -1,0 +1,244 @@
+//! Stable slots: every drawn patch keeps its place among the instances, so that little is to be sent.
+//!
+//! One array of instances for each index list, which the visible patches enter and leave. A patch that enters takes
+//! the place of one that left in the same frame, or the next at the end; places that stay empty take the array's last
+//! patches. So a frame writes at most as many instances as patches enter or leave, and none where nothing changes.
+//!
+//! ```text
+//!  before        a  b  c  d  e  f           b and d leave, x enters:
+//!                a  x  c  .  e  f           x takes the place of b,
+//!  after         a  x  c  f  e              the last one that of d: 2 instances to send
+//! ```
+
+use crate::blocks::{Blocks, MASKS};
+use crate::rooms::Rooms;
+use terrain_core::{Buffer, Draw, FramePlan, Growth, PatchInstance};
+
+/// The instances of all drawn patches, and their places in the instance buffer.
+pub(crate) struct Slots {
+    /// By patch number: mask and slot, see [`place`], or [`NOWHERE`].
+    places: Vec<u32>,
+    /// By mask.
+    arrays: [Array; MASKS],
+    rooms: Rooms,
+    /// Bytes of the instance buffer.
+    bytes: u64,
+}
+
+/// The patches that one index list draws.
+#[derive(Default)]
+struct Array {
+    /// What the instance buffer holds once the plan is carried out.
+    instances: Vec<PatchInstance>,
+    /// The patch numbers of the same.
+    patches: Vec<u32>,
+    /// Slots whose patch left in this frame.
+    holes: Vec<u32>,
+    /// Slots that were written in this frame.
+    touched: Vec<u32>,
+}
+
+/// The patch is not drawn.
+const NOWHERE: u32 = u32::MAX;
+const SLOT_BITS: u32 = 29;
+
+fn place(mask: u8, slot: usize) -> u32 {
+    (mask as u32) << SLOT_BITS | slot as u32
+}
+
+impl Slots {
+    /// For patches with numbers below `patches`; none is drawn.
+    pub fn new(patches: u32) -> Self {
+        Self {
+            places: vec![NOWHERE; patches as usize],
+            arrays: Default::default(),
+            rooms: Rooms::new(MASKS),
+            bytes: size_of::<PatchInstance>() as u64,
+        }
+    }
+
+    /// Bytes of the instance buffer.
+    pub fn bytes(&self) -> u64 {
+        self.bytes
+    }
+
+    /// Draws a patch by the index list of a mask, or not at all.
+    pub fn set(&mut self, patch: u32, mask: Option<u8>, instance: impl FnOnce() -> PatchInstance) {
+        let now = self.places[patch as usize];
+        let before = (now != NOWHERE).then_some((now >> SLOT_BITS) as u8);
+        if before == mask {
+            return;
+        }
+        if let Some(before) = before {
+            self.arrays[before as usize].holes.push(now & ((1 << SLOT_BITS) - 1));
+        }
+        self.places[patch as usize] = mask.map_or(NOWHERE, |mask| {
+            let slot = self.arrays[mask as usize].enter(patch, instance());
+            place(mask, slot)
+        });
+    }
+
+    /// Ends the frame: closes the holes and sends what was written. The buffer grows with the arrays.
+    pub fn upload(&mut self, plan: &mut FramePlan) {
+        for mask in 0..MASKS {
+            self.arrays[mask].holes.sort_unstable();
+            while let Some((patch, slot)) = self.arrays[mask].close_hole() {
+                self.places[patch as usize] = place(mask as u8, slot);
+            }
+        }
+        let moved: [bool; MASKS] =
+            std::array::from_fn(|mask| self.rooms.reserve(mask, self.arrays[mask].patches.len() as u32));
+        self.grow(plan);
+        for (mask, moved) in moved.into_iter().enumerate() {
+            self.arrays[mask].upload(moved, self.rooms.start(mask), plan);
+        }
+    }
+
+    fn grow(&mut self, plan: &mut FramePlan) {
+        let needed = self.rooms.end() as u64 * size_of::<PatchInstance>() as u64;
+        if needed > self.bytes {
+            self.bytes = needed;
+            plan.growths.push(Growth { buffer: Buffer::Instances, bytes: needed });
+        }
+    }
+
+    /// One draw for the plain list and for each matching block in use.
+    pub fn draw(&self, blocks: &Blocks, plan: &mut FramePlan) {
+        for (mask, array) in self.arrays.iter().enumerate().filter(|(_, array)| !array.patches.is_empty()) {
+            let (indices, start) = (blocks.ranges[mask].clone(), self.rooms.start(mask));
+            let instances = start..start + array.patches.len() as u32;
+            plan.draws.push(Draw { indices, base_vertex: 0, instances });
+        }
+    }
+}
+
+impl Array {
+    /// The slot of a patch that enters.
+    fn enter(&mut self, patch: u32, instance: PatchInstance) -> usize {
+        let slot = match self.holes.pop() {
+            Some(hole) => hole as usize,
+            None => {
+                self.patches.push(patch);
+                self.instances.push(instance);
+                self.patches.len() - 1
+            }
+        };
+        self.patches[slot] = patch;
+        self.instances[slot] = instance;
+        self.touched.push(slot as u32);
+        slot
+    }
+
+    /// Fills the last of the sorted holes with the last patch, or drops it from the end. Returns the patch that has
+    /// moved and its new slot, if any has.
+    fn close_hole(&mut self) -> Option<(u32, usize)> {
+        while let Some(hole) = self.holes.pop() {
+            self.patches.swap_remove(hole as usize);
+            self.instances.swap_remove(hole as usize);
+            if let Some(patch) = self.patches.get(hole as usize) {
+                self.touched.push(hole);
+                return Some((*patch, hole as usize));
+            }
+        }
+        None
+    }
+
+    /// Sends each run of written slots, or all where the room has changed.
+    fn upload(&mut self, all: bool, start: u32, plan: &mut FramePlan) {
+        let offset = |slot: u32| (start + slot) as u64 * size_of::<PatchInstance>() as u64;
+        if all {
+            plan.upload(Buffer::Instances, offset(0), &self.instances);
+            return self.touched.clear();
+        }
+        self.touched.sort_unstable();
+        self.touched.dedup();
+        // What was written and then dropped from the end.
+        self.touched.truncate(self.touched.partition_point(|slot| (*slot as usize) < self.patches.len()));
+        for run in self.touched.chunk_by(|a, b| a + 1 == *b) {
+            let (first, last) = (run[0], run[run.len() - 1]);
+            plan.upload(Buffer::Instances, offset(first), &self.instances[first as usize..=last as usize]);
+        }
+        self.touched.clear();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::collections::BTreeMap;
+    use terrain_core::SplitMix64;
+
+    /// A patch number as an instance.
+    fn numbered(patch: u32) -> PatchInstance {
+        PatchInstance { origin: [0; 2], leg_u: [0; 2], leg_v: [0; 2], tag: patch }
+    }
+
+    /// What the GPU's instance buffer would hold.
+    fn carry_out(plan: &FramePlan, buffer: &mut Vec<u8>) {
+        plan.growths.iter().for_each(|growth| buffer.resize(growth.bytes as usize, 0));
+        for upload in &plan.uploads {
+            buffer[upload.offset as usize..][..upload.bytes.len()].copy_from_slice(plan.bytes_of(upload));
+        }
+    }
+
+    /// The patches that a plan draws, by mask.
+    fn drawn(plan: &FramePlan, blocks: &Blocks, buffer: &[u8]) -> BTreeMap<u32, u8> {
+        let mut drawn = BTreeMap::new();
+        for draw in &plan.draws {
+            let mask = blocks.ranges.iter().position(|range| *range == draw.indices).unwrap() as u8;
+            for instance in draw.instances.clone() {
+                let bytes = &buffer[20 * instance as usize..][..20];
+                let instance: PatchInstance = bytemuck::pod_read_unaligned(bytes);
+                assert_eq!(drawn.insert(instance.tag, mask), None, "a patch that is drawn twice");
+            }
+        }
+        drawn
+    }
+
+    #[test]
+    fn slots_hold_what_is_drawn_and_each_frame_writes_what_enters_or_leaves_at_most() {
+        for seed in 0..40 {
+            let mut random = SplitMix64::new(seed);
+            let (mut slots, mut buffer, blocks) = (Slots::new(500), vec![0; 20], Blocks::new(3));
+            let (mut expected, mut writes_saved) = (BTreeMap::new(), 0);
+            for _ in 0..60 {
+                let (mut plan, mut changes, busy) = (FramePlan::default(), 0, random.below(4) == 0);
+                for _ in 0..random.below(if busy { 600 } else { 20 }) {
+                    let patch = random.below(500) as u32;
+                    let mask = (random.below(3) > 0).then(|| random.below(7) as u8);
+                    let before = match mask {
+                        Some(mask) => expected.insert(patch, mask),
+                        None => expected.remove(&patch),
+                    };
+                    changes += (before != mask) as usize * (before.is_some() as usize + mask.is_some() as usize);
+                    slots.set(patch, mask, || numbered(patch));
+                }
+                slots.upload(&mut plan);
+                slots.draw(&blocks, &mut plan);
+                carry_out(&plan, &mut buffer);
+                assert_eq!(buffer.len() as u64, slots.bytes());
+                assert_eq!(drawn(&plan, &blocks, &buffer), expected, "seed {seed}");
+                let writes = plan.bytes.len() / 20;
+                assert!(writes <= changes || !plan.growths.is_empty(), "seed {seed}: {writes} for {changes}");
+                writes_saved += changes.saturating_sub(writes);
+            }
+            assert!(writes_saved > 0);
+        }
+    }
+
+    #[test]
+    fn a_patch_that_leaves_and_comes_back_in_one_frame_stays_drawn() {
+        let (mut slots, blocks, mut buffer) = (Slots::new(9), Blocks::new(3), vec![0; 20]);
+        for (frame, masks) in [[Some(0), Some(0)], [None, Some(0)], [Some(0), Some(5)]].into_iter().enumerate() {
+            let mut plan = FramePlan::default();
+            slots.set(3, None, || numbered(3));
+            slots.set(3, masks[0], || numbered(3));
+            slots.set(4, masks[1], || numbered(4));
+            slots.upload(&mut plan);
+            slots.draw(&blocks, &mut plan);
+            carry_out(&plan, &mut buffer);
+            let expected = [3, 4].into_iter().zip(masks).filter_map(|(patch, mask)| Some((patch, mask?)));
+            assert_eq!(drawn(&plan, &blocks, &buffer), expected.collect(), "frame {frame}");
+        }
+    }
+}

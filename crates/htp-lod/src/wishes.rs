@@ -1,0 +1,97 @@
+//! Which patches want to be split, by the metric alone: LOD computation (section 3, phase 4), from the top down.
+//!
+//! Every square knows the odometer reading at which one of the decisions in it, or in any square below it, may flip.
+//! A frame visits only the squares where that has come, which are few: see `odometer`.
+
+use crate::grid::{BOTH_HALVES, Grid, Square};
+use crate::odometer::{NEVER, Odometer, PASSED};
+use crate::rule::Rule;
+
+/// The wishes of all patches above the finest layer.
+pub(crate) struct Wishes {
+    /// By level and square: the halves that want to be split. Empty on level 0, which has nothing finer.
+    halves: Vec<Vec<u8>>,
+    /// By level and square: when the square is to be visited again.
+    deadlines_m: Vec<Vec<f64>>,
+    /// Whether the last update has changed any.
+    flipped: bool,
+}
+
+impl Wishes {
+    /// Nothing is decided.
+    pub fn new(grid: &Grid) -> Self {
+        let squares = |level: u32| if level == 0 { 0 } else { grid.squares(level).count() };
+        Self {
+            halves: (0..=grid.top()).map(|level| vec![0; squares(level)]).collect(),
+            deadlines_m: (0..=grid.top()).map(|level| vec![PASSED; squares(level)]).collect(),
+            flipped: false,
+        }
+    }
+
+    /// By level and square: the halves that want to be split.
+    pub fn halves(&self) -> &[Vec<u8>] {
+        &self.halves
+    }
+
+    /// Decides anew what may have changed. Returns whether anything has.
+    pub fn update(&mut self, rule: &Rule, odometer: &Odometer) -> bool {
+        self.flipped = false;
+        let grid = rule.grid;
+        if grid.top() > 0 {
+            for (index, cell) in grid.squares(grid.top()).enumerate() {
+                if odometer.has_passed(self.deadlines_m[cell.level as usize][index]) {
+                    self.visit(rule, odometer, cell, BOTH_HALVES);
+                }
+            }
+        }
+        self.flipped
+    }
+
+    /// Decides all anew in the next update.
+    pub fn expire(&mut self) {
+        self.deadlines_m.iter_mut().for_each(|layer| layer.fill(PASSED));
+    }
+
+    /// Decides for a square of which some halves have a parent that wants to be split. Returns its next deadline.
+    fn visit(&mut self, rule: &Rule, odometer: &Odometer, square: Square, with_parent: u8) -> f64 {
+        let (level, index) = (square.level as usize, rule.grid.index(square));
+        let before = self.halves[level][index];
+        let (now, mut deadline_m) = match with_parent {
+            0 => (0, NEVER),
+            _ => {
+                let (wish, slack_m) = rule.wish(square);
+                (wish & with_parent, odometer.deadline_m(slack_m))
+            }
+        };
+        debug_assert!(now % BOTH_HALVES == 0 || !rule.grid.crosses_rim(square), "{square:?} wants one half at the rim");
+        self.halves[level][index] = now;
+        self.flipped |= now != before;
+        if level > 1 && before | now != 0 {
+            for child in rule.grid.children(square) {
+                let due_m = self.deadlines_m[level - 1][rule.grid.index(child)];
+                let is_due = now != before || odometer.has_passed(due_m);
+                let next_m =
+                    if is_due { self.visit(rule, odometer, child, rule.grid.children_of(now, child)) } else { due_m };
+                deadline_m = deadline_m.min(next_m);
+            }
+        }
+        self.deadlines_m[level][index] = deadline_m;
+        deadline_m
+    }
+
+    /// Sets all wishes, those of patches with a parent that wants to be split; at the rim, of both halves together.
+    #[cfg(test)]
+    pub fn set(&mut self, grid: &Grid, wish: impl Fn(Square) -> u8) {
+        for level in (1..=grid.top()).rev() {
+            for (index, square) in grid.squares(level).enumerate() {
+                let parent = grid.parent_square(square);
+                let with_parent = match level == grid.top() {
+                    true => BOTH_HALVES,
+                    false => grid.children_of(self.halves[level as usize + 1][grid.index(parent)], square),
+                };
+                let wish = if grid.crosses_rim(square) && wish(square) != 0 { BOTH_HALVES } else { wish(square) };
+                self.halves[level as usize][index] = wish & with_parent;
+            }
+        }
+    }
+}
