@@ -1,4 +1,4 @@
-//! The order of the patches of a cell, and a number for every patch: what vertices and tags go by.
+//! The order of the patches of a cell, and a number for every patch: what vertices go by.
 //!
 //! ```text
 //!  | cell 0                                            | cell 1 ...
@@ -10,10 +10,6 @@
 //! is narrower than a cell has narrower ones.
 
 use crate::grid::{Grid, Half, Patch, Square};
-use terrain_core::PatchTag;
-
-/// A patch's tag has 27 bits for its number.
-pub(crate) const MAX_PATCHES: u64 = 1 << 27;
 
 /// The order of the patches in a cell's slot, and with it the numbers of all patches.
 pub(crate) struct CellLayout {
@@ -69,12 +65,6 @@ impl CellLayout {
         let cell = Square { level: grid.top(), column: column / side, row: row / side };
         let place = row % side * size[0] + column % side;
         grid.index(cell) as u64 * self.patches + first_patch + 2 * place as u64 + patch.half as u64
-    }
-
-    /// What both batchings say of a patch, in every view. Patches without vertices of their own may be so many that
-    /// their numbers begin again.
-    pub fn tag(&self, grid: &Grid, patch: Patch) -> PatchTag {
-        PatchTag { patch: (self.patch_number(grid, patch) % MAX_PATCHES) as u32, level: patch.square.level }
     }
 }
 

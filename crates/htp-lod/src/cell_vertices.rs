@@ -3,11 +3,11 @@
 //! `cell_layout`, with 10 vertices a patch for k = 3.
 
 use crate::blocks::{local_vertices, vertices_per_patch};
-use crate::cell_layout::{CellLayout, MAX_PATCHES};
+use crate::cell_layout::CellLayout;
 use crate::grid::{Grid, Patch, Square};
 use crate::options::HtpError;
 use std::sync::Arc;
-use terrain_core::{BakedVertex, Buffer, FramePlan, Heightmap, LocalVertex, PatchTag};
+use terrain_core::{BakedVertex, Buffer, FramePlan, Heightmap, LocalVertex};
 
 pub(crate) struct CellVertices {
     heightmap: Arc<Heightmap>,
@@ -51,15 +51,11 @@ impl CellVertices {
     pub fn base_vertex(&self, grid: &Grid, patch: Patch) -> u32 {
         self.layout.patch_number(grid, patch) as u32 * self.local.len() as u32
     }
-
-    pub fn tag(&self, grid: &Grid, patch: Patch) -> PatchTag {
-        self.layout.tag(grid, patch)
-    }
 }
 
-/// `base_vertex` is a signed 32-bit number, and a patch's tag is short.
+/// `base_vertex` is a signed 32-bit number.
 fn check_patches(k: u32, patches: u64) -> Result<(), HtpError> {
-    let limit = (i32::MAX as u64 / vertices_per_patch(k) as u64).min(MAX_PATCHES);
+    let limit = i32::MAX as u64 / vertices_per_patch(k) as u64;
     if patches > limit { Err(HtpError::Patches { patches, limit }) } else { Ok(()) }
 }
 
@@ -76,9 +72,9 @@ mod tests {
 
     #[test]
     fn numbers_that_do_not_fit_are_refused() {
-        assert_eq!(check_patches(2, 1 << 27), Ok(()));
-        let error = check_patches(2, (1 << 27) + 1).unwrap_err().to_string();
-        let expected = "134217729 patches with vertices of their own: expected at most 134217728; use instances";
+        assert_eq!(check_patches(2, 357_913_941), Ok(()));
+        let error = check_patches(2, 357_913_942).unwrap_err().to_string();
+        let expected = "357913942 patches with vertices of their own: expected at most 357913941; use instances";
         assert_eq!(error, expected);
         assert_eq!(check_patches(255, 65_281), Err(HtpError::Patches { patches: 65_281, limit: 65_280 }));
     }

@@ -87,6 +87,9 @@ impl Closure {
         while let Some(parent) = list.get(next).copied() {
             next += 1;
             let mut coarser = split.coarser_sides(rule.grid, parent);
+            if coarser == 0 || checks.all_tolerable(rule, odometer, border, parent, coarser) {
+                continue;
+            }
             for (child, patch) in border.touching(rule.grid, parent, coarser) {
                 if !split.contains(rule.grid, patch) {
                     let leaf = Leaf { parent, child, square: patch.square };
@@ -149,6 +152,16 @@ impl Checks {
         self.made.clear();
         self.deadlines_m.clear();
         self.soonest_m = NEVER;
+    }
+
+    /// Whether all blocks along the coarser sides of a patch are fine even where the eye is nearest to the patch. Most
+    /// are, and this is one comparison for all of them.
+    fn all_tolerable(&mut self, rule: &Rule, odometer: &Odometer, border: &Border, parent: Patch, coarser: u8) -> bool {
+        let errors = border.children.iter().map(|child| rule.block_error(parent, child, coarser & child.touched));
+        let error = errors.max().unwrap_or(0);
+        let answer = rule.is_too_bad(rule.distance_m(parent.square), error);
+        self.push(odometer, parent.square, error, answer);
+        !answer.near
     }
 
     fn push(&mut self, odometer: &Odometer, square: Square, error: u16, answer: Answer) {

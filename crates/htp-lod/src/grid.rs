@@ -30,7 +30,7 @@
 
 use crate::blocks::Side;
 use crate::options::Options;
-use terrain_core::{Aabb, Heightmap, PatchInstance, Sample};
+use terrain_core::{Aabb, Heightmap, PatchInstance, PatchTag, Sample};
 
 /// One of the two patches of a square, named after the corner where its right angle is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -52,6 +52,9 @@ impl Half {
         Self::BOTH[1 - self as usize]
     }
 }
+
+/// Numbers that a [`PatchTag`] has room for.
+pub(crate) const TAG_NUMBERS: u32 = 1 << 27;
 
 /// The set of both halves.
 pub(crate) const BOTH_HALVES: u8 = 0b11;
@@ -167,6 +170,12 @@ impl Grid {
         self.layer(patch.square).first_patch + 2 * self.index(patch.square) as u32 + patch.half as u32
     }
 
+    /// What all batchings say of a patch, in every view. A tag has 27 bits for a number: on the largest DEMs they begin
+    /// again.
+    pub fn tag(&self, patch: Patch) -> PatchTag {
+        PatchTag { patch: self.patch_number(patch) % TAG_NUMBERS, level: patch.square.level }
+    }
+
     pub fn exists(&self, square: Square) -> bool {
         let [columns, rows] = self.layer(square).size;
         square.column < columns && square.row < rows
@@ -240,6 +249,20 @@ impl Grid {
         self.exists(square).then_some(square.half(patch.half.other()))
     }
 
+    /// The positions of the squares beyond a patch's sides, in [`Self::squares`]: those of its [`Self::neighbour`]s, all
+    /// at once.
+    pub fn beyond(&self, patch: Patch) -> [Option<usize>; 3] {
+        let (Square { column, row, .. }, index) = (patch.square, self.index(patch.square));
+        let [columns, rows] = self.layer(patch.square).size;
+        let below = columns as usize;
+        match patch.half {
+            Half::NorthWest => [Some(index), (column > 0).then(|| index - 1), (row > 0).then(|| index - below)],
+            Half::SouthEast => {
+                [Some(index), (column + 1 < columns).then(|| index + 1), (row + 1 < rows).then(|| index + below)]
+            }
+        }
+    }
+
     /// The world box of a square, clamped to the DEM.
     pub fn bounds_world(&self, square: Square) -> Aabb {
         let side = self.layer(square).side;
@@ -261,7 +284,7 @@ impl Grid {
         [0, 1, 2].map(|axis| max[axis] - min[axis]).into_iter().fold(0.0, f64::max)
     }
 
-    /// The map from a patch's local vertices to samples, untagged: u leads to the left end, v to the right end.
+    /// The map from a patch's local vertices to samples: u leads to the left end, v to the right end.
     pub fn instance(&self, patch: Patch) -> PatchInstance {
         let Layer { step, side, .. } = *self.layer(patch.square);
         let Square { column, row, .. } = patch.square;
@@ -269,7 +292,8 @@ impl Grid {
             Half::NorthWest => ([column, row], step as i16),
             Half::SouthEast => ([column + 1, row + 1], -(step as i16)),
         };
-        PatchInstance { origin: apex.map(|at| (at * side) as i32), leg_u: [0, step], leg_v: [step, 0], tag: 0 }
+        let (origin, tag) = (apex.map(|at| (at * side) as i32), self.tag(patch).to_instance());
+        PatchInstance { origin, leg_u: [0, step], leg_v: [step, 0], tag }
     }
 }
 
@@ -356,6 +380,8 @@ mod tests {
                 let edges = [[left, right], [apex, left], [right, apex]];
                 for side in Side::ALL {
                     let edge = edges[side as usize];
+                    let beyond = grid.neighbour(patch, side).map(|other| grid.index(other.square));
+                    assert_eq!(grid.beyond(patch)[side as usize], beyond);
                     let Some(other) = grid.neighbour(patch, side) else {
                         let last = [heightmap.columns() as i32 - 1, heightmap.rows() as i32 - 1];
                         let out = |axis: usize| edge.iter().all(|at| at[axis] <= 0 || at[axis] >= last[axis]);

@@ -4,12 +4,11 @@
 //! level is left as it is, and so is one that was and still is out of sight: a frame visits the squares that the
 //! frustum's planes cross, those that enter or leave, and those where levels have changed.
 
-use crate::cell_layout::CellLayout;
 use crate::grid::{Grid, Half, Square};
 use crate::leaves::{Sight, coarser_sides, leaf_masks, look};
 use crate::levels::Levels;
 use crate::slots::Slots;
-use terrain_core::{PatchInstance, View};
+use terrain_core::View;
 
 /// What the last frame has found, by level and square; nothing for level 0.
 pub(crate) struct InSight {
@@ -32,26 +31,24 @@ impl InSight {
     }
 
     /// Follows to a new view: has `slots` draw the leaves that are in sight, and no others.
-    pub fn follow(
-        &mut self,
-        grid: &Grid,
-        levels: &Levels,
-        culling: Option<&View>,
-        layout: &CellLayout,
-        slots: &mut Slots,
-    ) {
+    pub fn follow(&mut self, grid: &Grid, levels: &Levels, culling: Option<&View>, slots: &mut Slots) {
         levels.changed().iter().for_each(|square| self.mark(grid, *square));
-        let mut visit = Visit { grid, levels, layers: &mut self.layers, layout, slots };
+        let mut visit = Visit { grid, levels, layers: &mut self.layers, slots };
         for cell in grid.squares(grid.top()) {
             // Nothing is coarser than the top layer.
             visit.square(cell, [Some(0); 2], culling);
         }
     }
 
-    /// Marks a square and all above it.
+    /// Marks a square and all above it. What is out of sight needs no mark: all of it is visited when it comes in
+    /// sight. So above a marked square in sight all are marked.
     fn mark(&mut self, grid: &Grid, mut square: Square) {
         loop {
-            self.layers[square.level as usize][grid.index(square)].changed = true;
+            let state = &mut self.layers[square.level as usize][grid.index(square)];
+            if state.changed || state.sight == Sight::None {
+                return;
+            }
+            state.changed = true;
             if square.level == grid.top() {
                 return;
             }
@@ -70,7 +67,6 @@ struct Visit<'a> {
     grid: &'a Grid,
     levels: &'a Levels,
     layers: &'a mut [Vec<State>],
-    layout: &'a CellLayout,
     slots: &'a mut Slots,
 }
 
@@ -123,9 +119,6 @@ impl Visit<'_> {
 
     fn set(&mut self, square: Square, half: Half, mask: Option<u8>) {
         let patch = square.half(half);
-        // A tag that is the same in every view, and the same that one draw a patch would have.
-        let tag = || self.layout.tag(self.grid, patch).to_instance();
-        let instance = || PatchInstance { tag: tag(), ..self.grid.instance(patch) };
-        self.slots.set(self.grid.patch_number(patch), mask, instance);
+        self.slots.set(self.grid.patch_number(patch), mask, || self.grid.instance(patch));
     }
 }

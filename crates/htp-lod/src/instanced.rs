@@ -11,7 +11,6 @@
 //! ```
 
 use crate::blocks::Blocks;
-use crate::cell_layout::CellLayout;
 use crate::grid::Grid;
 use crate::in_sight::InSight;
 use crate::levels::Levels;
@@ -19,8 +18,6 @@ use crate::slots::Slots;
 use terrain_core::{FramePlan, View};
 
 pub(crate) struct Instanced {
-    /// Numbers the patches as if each had vertices of its own: their tags.
-    layout: CellLayout,
     in_sight: InSight,
     slots: Slots,
 }
@@ -28,7 +25,7 @@ pub(crate) struct Instanced {
 impl Instanced {
     /// Nothing is drawn.
     pub fn new(grid: &Grid) -> Self {
-        Self { layout: CellLayout::new(grid), in_sight: InSight::new(grid), slots: Slots::new(grid.patches()) }
+        Self { in_sight: InSight::new(grid), slots: Slots::new(grid.patches()) }
     }
 
     /// Bytes of the instance buffer.
@@ -38,7 +35,7 @@ impl Instanced {
 
     /// Phase 4, continued: the patch and the matching block of each place in sight.
     pub fn select(&mut self, grid: &Grid, levels: &Levels, culling: Option<&View>) {
-        self.in_sight.follow(grid, levels, culling, &self.layout, &mut self.slots);
+        self.in_sight.follow(grid, levels, culling, &mut self.slots);
     }
 
     /// Phase 6, rendering: one draw for the plain list and for each matching block in use.

@@ -45,8 +45,10 @@ impl Split {
 
     /// The sides of a split patch beyond which nothing is split: there its children meet a coarser neighbour.
     pub fn coarser_sides(&self, grid: &Grid, patch: Patch) -> u8 {
-        let coarser = |side: &Side| grid.neighbour(patch, *side).is_some_and(|other| !self.contains(grid, other));
-        Side::ALL.iter().filter(|side| coarser(side)).map(|side| side.bit()).sum()
+        let (bits, other) = (&self.0[patch.square.level as usize], patch.half.other().bit());
+        let beyond = grid.beyond(patch);
+        let coarser = |side: Side| beyond[side as usize].is_some_and(|index| bits[index] & other == 0);
+        Side::ALL.into_iter().map(|side| side.bit() * coarser(side) as u8).sum()
     }
 }
 

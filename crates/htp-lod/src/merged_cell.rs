@@ -6,9 +6,8 @@
 //! the camera writes no list twice.
 
 use crate::blocks::Blocks;
-use crate::cell_layout::MAX_PATCHES;
 use crate::cell_vertices::CellVertices;
-use crate::grid::{Grid, Square};
+use crate::grid::{Grid, Square, TAG_NUMBERS};
 use crate::leaves::{self, Leaf, Sight};
 use crate::levels::Levels;
 use crate::rooms::Rooms;
@@ -110,7 +109,7 @@ impl MergedCell {
     /// Its tag tells cells apart; a cell has patches of many levels.
     fn draw_of(&self, number: usize) -> Draw {
         let start = self.rooms.start(number);
-        let tag = PatchTag { patch: (number as u64 % MAX_PATCHES) as u32, level: 0 };
+        let tag = PatchTag { patch: number as u32 % TAG_NUMBERS, level: 0 };
         Draw::baked(start..start + self.cells[number].length, 0, tag)
     }
 }

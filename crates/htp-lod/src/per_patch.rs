@@ -23,7 +23,7 @@ impl PerPatch {
     /// Phase 6, rendering: each patch with its plain list or its matching block.
     pub fn draw(&self, grid: &Grid, blocks: &Blocks, vertices: &CellVertices, plan: &mut FramePlan) {
         for Leaf { patch, mask } in &self.leaves {
-            let (indices, tag) = (blocks.ranges[*mask as usize].clone(), vertices.tag(grid, *patch));
+            let (indices, tag) = (blocks.ranges[*mask as usize].clone(), grid.tag(*patch));
             plan.draws.push(Draw::baked(indices, vertices.base_vertex(grid, *patch) as i32, tag));
         }
     }
