@@ -92,6 +92,12 @@ pub struct MethodArgs {
     /// tin: how the patches share the index buffer [default: packed]
     #[arg(long)]
     pub index_store: Option<IndexStoreName>,
+    /// tin: move selected samples at random before they are connected, as the paper does; with delaunator or spade
+    #[arg(long, value_name = "SEED")]
+    pub jitter: Option<u32>,
+    /// tin: smooth the heights of selected samples inside patches; with algorithm1
+    #[arg(long)]
+    pub smoothing: bool,
     /// htp: small triangles along the side of a patch [default: 3]
     #[arg(long, value_name = "N")]
     pub k: Option<u32>,

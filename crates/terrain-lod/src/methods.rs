@@ -60,6 +60,10 @@ pub struct Settings {
     pub edge_policy: EdgePolicyName,
     /// tin: how the patches share the index buffer.
     pub index_store: IndexStoreName,
+    /// tin: seed of the paper's random offsets, if samples are moved.
+    pub jitter: Option<u32>,
+    /// tin: whether heights of selected samples are smoothed.
+    pub smoothing: bool,
     /// htp: longest screen length of a triangle's leg in pixels.
     pub leg_px: f64,
     /// htp: small triangles along a patch's side.
@@ -121,7 +125,7 @@ impl Run {
     }
 
     fn tin_options(&self) -> tin_lod::Options {
-        let Settings { patch, tolerance_px, max_spacing, group, threads, .. } = self.settings;
+        let Settings { patch, tolerance_px, max_spacing, group, jitter, smoothing, threads, .. } = self.settings;
         tin_lod::Options {
             patch,
             tolerance_px,
@@ -132,6 +136,8 @@ impl Run {
             edge_policy: self.settings.edge_policy.into(),
             triangulator: self.settings.triangulator.into(),
             index_store: self.settings.index_store.into(),
+            jitter: jitter.map(u64::from),
+            smoothing,
             threads,
         }
     }
@@ -159,7 +165,7 @@ impl Run {
 
     /// What the column `setting` says, by the names of the flags; the tolerance has a column of its own.
     pub fn setting(&self) -> String {
-        let Settings { patch, max_spacing, leg_px, k, layers, .. } = self.settings;
+        let Settings { patch, max_spacing, jitter, smoothing, leg_px, k, layers, .. } = self.settings;
         match self.method {
             MethodName::Tin => {
                 let of_selector = match self.settings.selector {
@@ -169,9 +175,11 @@ impl Run {
                 let (selector, triangulator) = (name_of(self.settings.selector), name_of(self.settings.triangulator));
                 let (edges, schedule) = (name_of(self.settings.edge_policy), name_of(self.settings.schedule));
                 let store = name_of(self.settings.index_store);
+                let jitter = jitter.map_or_else(String::new, |seed| format!(" jitter={seed}"));
+                let smoothing = if smoothing { " smoothing" } else { "" };
                 format!(
                     "selector={selector} patch={patch} {of_selector} triangulator={triangulator} edge-policy={edges} \
-                     schedule={schedule} index-store={store}"
+                     schedule={schedule} index-store={store}{jitter}{smoothing}"
                 )
             }
             MethodName::Htp | MethodName::HtpInstanced => {

@@ -66,6 +66,10 @@ pub struct Suite {
     pub index_store: IndexStoreName,
     /// As `--edge-policy`.
     pub edge_policy: EdgePolicyName,
+    /// As `--jitter`.
+    pub jitter: Option<u32>,
+    /// As `--smoothing`.
+    pub smoothing: bool,
     /// As `--k`.
     pub k: u32,
     /// As `--layers`.
@@ -100,6 +104,8 @@ impl Default for Suite {
             triangulator: vec![TriangulatorName::default()],
             index_store: IndexStoreName::default(),
             edge_policy: EdgePolicyName::default(),
+            jitter: None,
+            smoothing: false,
             k: 3,
             layers: 3,
             threads: 1,
@@ -155,6 +161,8 @@ impl Suite {
         override_with(&mut self.threads, &args.threads);
         self.max_spacing = args.max_spacing.or(self.max_spacing);
         self.group = args.group.or(self.group);
+        self.jitter = args.jitter.or(self.jitter);
+        self.smoothing |= args.smoothing;
     }
 
     /// What the command line checks flag by flag, a suite file must keep as well.
@@ -231,6 +239,8 @@ impl Suite {
             triangulator: self.triangulator[0],
             index_store: self.index_store,
             edge_policy: self.edge_policy,
+            jitter: self.jitter,
+            smoothing: self.smoothing,
             leg_px: self.leg_px[0],
             k: self.k,
             layers: self.layers,

@@ -12,6 +12,18 @@
 //!
 //! The vertex buffer is no longer static, as the paper says. An updated patch writes a run a row: from its first kept
 //! sample to its last, with the DEM's heights for what is left out in between.
+//!
+//! Measured on the Puget Sound DEM (1025 x 1025 samples, patches of 32, 40 frames of 640 x 360 pixels), plain and smoothed:
+//!
+//! | flight, tolerance | RMS in px | maximum in px | uploads a frame in bytes |
+//! |---|---|---|---|
+//! | ground-level, 1 px | 0.286, 0.290 | 5.7, 28.8 | 639 k, 1028 k |
+//! | ground-level, 4 px | 0.602, 0.600 | 10.4, 28.8 | 142 k, 221 k |
+//! | fly-over, 1 px | 0.260, 0.257 | 2.1, 2.1 | 178 k, 343 k |
+//! | fly-over, 4 px | 0.509, 0.506 | 5.5, 5.4 | 2.3 k, 3.4 k |
+//!
+//! So there is next to nothing to gain in the mean, and much to lose near the eye, where a mean of 3 x 3 samples moves
+//! a vertex by more than the tolerance.
 
 use terrain_core::{BakedVertex, Heightmap, Sample};
 
