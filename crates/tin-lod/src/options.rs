@@ -81,7 +81,7 @@ pub struct Options {
     pub jitter: Option<u64>,
     /// Algorithm 1: whether a selected sample inside a patch gets the mean height of itself and its neighbours that
     /// are not selected (section 3.3, last paragraph). Updates then write vertices, too. Measured, the RMS error changes
-    /// by 1 % at most, down or up; the largest error near the ground was up to 5 times as large. Default: no.
+    /// by less than 2 %, down or up; the largest error near the ground was up to 5 times as large. Default: no.
     pub smoothing: bool,
     /// Threads that triangulate, 1 or more. Default 1. The result does not depend on it.
     pub threads: usize,
