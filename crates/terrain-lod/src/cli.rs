@@ -83,6 +83,9 @@ pub struct MethodArgs {
     /// tin: side of the largest group of patches, 1, 2 or 4 [default: the largest of at most 64 intervals]
     #[arg(long, value_name = "N")]
     pub group: Option<u32>,
+    /// tin: tolerances by blocks of 8 x 8 samples in the patches near the eye [default: true]
+    #[arg(long, value_name = "BOOL")]
+    pub blocks: Option<bool>,
     /// tin: keep the threshold maps of the bounded selector in files beside the DEM's, and use those that are there
     #[arg(long)]
     pub keep_maps: bool,

@@ -52,6 +52,8 @@ pub struct Settings {
     pub max_spacing: Option<u32>,
     /// tin: side of the largest group in patches; without, the largest that the selector can have.
     pub group: Option<u32>,
+    /// tin: tolerances by blocks in the patches near the eye.
+    pub blocks: bool,
     /// tin: when patches are updated.
     pub schedule: ScheduleName,
     /// tin: what connects the selected samples.
@@ -125,12 +127,14 @@ impl Run {
     }
 
     fn tin_options(&self) -> tin_lod::Options {
-        let Settings { patch, tolerance_px, max_spacing, group, jitter, smoothing, threads, .. } = self.settings;
+        let Settings { patch, tolerance_px, max_spacing, group, blocks, jitter, smoothing, threads, .. } =
+            self.settings;
         tin_lod::Options {
             patch,
             tolerance_px,
             max_spacing,
             group,
+            blocks,
             selector: self.settings.selector.into(),
             schedule: self.settings.schedule.into(),
             edge_policy: self.settings.edge_policy.into(),
@@ -170,7 +174,9 @@ impl Run {
             MethodName::Tin => {
                 let of_selector = match self.settings.selector {
                     SelectorName::Algorithm1 => format!("max-spacing={}", max_spacing.unwrap_or(patch / 2)),
-                    SelectorName::Bounded => format!("group={}", self.tin_options().group()),
+                    SelectorName::Bounded => {
+                        format!("group={} blocks={}", self.tin_options().group(), self.settings.blocks)
+                    }
                 };
                 let (selector, triangulator) = (name_of(self.settings.selector), name_of(self.settings.triangulator));
                 let (edges, schedule) = (name_of(self.settings.edge_policy), name_of(self.settings.schedule));

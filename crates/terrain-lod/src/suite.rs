@@ -58,6 +58,8 @@ pub struct Suite {
     pub max_spacing: Option<u32>,
     /// As `--group`.
     pub group: Option<u32>,
+    /// As `--blocks`.
+    pub blocks: bool,
     /// As `--schedule`.
     pub schedule: Vec<ScheduleName>,
     /// As `--triangulator`.
@@ -100,6 +102,7 @@ impl Default for Suite {
             leg_px: vec![8.0],
             max_spacing: None,
             group: None,
+            blocks: true,
             schedule: vec![ScheduleName::default()],
             triangulator: vec![TriangulatorName::default()],
             index_store: IndexStoreName::default(),
@@ -154,6 +157,7 @@ impl Suite {
 
     /// Takes the settings that are given on the command line.
     pub fn override_settings(&mut self, args: &MethodArgs) {
+        override_with(&mut self.blocks, &args.blocks);
         override_with(&mut self.index_store, &args.index_store);
         override_with(&mut self.edge_policy, &args.edge_policy);
         override_with(&mut self.k, &args.k);
@@ -235,6 +239,7 @@ impl Suite {
             patch: self.patch[0],
             max_spacing: self.max_spacing,
             group: self.group,
+            blocks: self.blocks,
             schedule: self.schedule[0],
             triangulator: self.triangulator[0],
             index_store: self.index_store,

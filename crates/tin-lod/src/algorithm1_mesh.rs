@@ -7,12 +7,14 @@
 //! Deviation: an edge is selected for its own distance, which is never less than that of either patch: its box lies in
 //! theirs. The decided reading turns the tolerance into metres at the patch's distance, of which an edge has two.
 
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use rayon::prelude::*;
 use terrain_core::{Aabb, Heightmap, View, WorkReport};
 
-use crate::mesh::{Triangulated, Update, is_outdated, tolerance_m_at};
+use crate::levels::Boxes;
+use crate::mesh::{SelectedFor, Triangulated, Update, tolerance_m_at};
 use crate::options::{EdgePolicy, Options};
 use crate::patches::{EdgeId, PatchGrid, PatchId};
 use crate::select::{Border, Mask, select_edge, select_interior};
@@ -24,12 +26,12 @@ use crate::vertices::VertexPlace;
 pub(crate) struct Algorithm1Mesh {
     grid: PatchGrid,
     place: VertexPlace,
+    boxes: Arc<Boxes>,
     patches: Vec<Patch>,
     edges: Vec<Edge>,
 }
 
 struct Patch {
-    bounds_world: Aabb,
     /// The tolerance in metres of the last selection. It holds all that a later update must know of the view back
     /// then; infinite before the first.
     tolerance_m: f64,
@@ -43,36 +45,31 @@ struct Edge {
 
 impl Algorithm1Mesh {
     /// The coarsest mesh: what is always kept, and nothing else. Every update starts from a whole, watertight DEM.
-    pub fn coarsest(heightmap: &Heightmap, options: &Options, grid: PatchGrid) -> (Self, Update) {
-        let patch = |patch| {
-            let area = grid.area(patch);
-            let bounds_world = heightmap.bounds_world(area.first, area.last());
-            Patch { bounds_world, tolerance_m: f64::INFINITY, interior: Vec::new() }
-        };
+    pub fn coarsest(heightmap: &Heightmap, options: &Options, grid: PatchGrid, boxes: Arc<Boxes>) -> (Self, Update) {
+        let patch = |_| Patch { tolerance_m: f64::INFINITY, interior: Vec::new() };
         let edge = |edge| {
             let run = grid.run(edge);
             let kept = select_edge(heightmap, run, f64::INFINITY, options.max_spacing());
             Edge { bounds_world: heightmap.bounds_world(run.first, run.sample(run.length)), kept }
         };
         let all: Vec<PatchId> = (0..grid.patches()).collect();
-        let patches = all.par_iter().map(|p| patch(*p)).collect();
+        let patches = all.iter().map(patch).collect();
         let edges = (0..grid.edges()).into_par_iter().map(edge).collect();
-        let mut mesh = Self { grid, place: options.vertex_strips(heightmap).place(), patches, edges };
+        let mut mesh = Self { grid, boxes, place: options.vertex_strips(heightmap).place(), patches, edges };
         let (start, tolerances) = (Instant::now(), vec![f64::INFINITY; all.len()]);
         let select = mesh.select_interiors(heightmap, options, &all, &tolerances);
         let update = mesh.triangulate(heightmap, options, all, start, select);
         (mesh, update)
     }
 
-    pub fn bounds_world(&self, patch: PatchId) -> &Aabb {
-        &self.patches[patch as usize].bounds_world
+    pub fn boxes(&self) -> &Boxes {
+        &self.boxes
     }
 
     /// The patches in view that an update for this view would select anew.
     pub fn outdated(&self, options: &Options, view: &View, visible: &[PatchId]) -> Vec<PatchId> {
         let is_outdated = |patch: &PatchId| {
-            let Patch { bounds_world, tolerance_m, .. } = &self.patches[*patch as usize];
-            is_outdated(bounds_world, *tolerance_m, options, view)
+            is_outdated(self.boxes.of(*patch), self.patches[*patch as usize].tolerance_m, options, view)
         };
         visible.iter().copied().filter(is_outdated).collect()
     }
@@ -81,7 +78,7 @@ impl Algorithm1Mesh {
     pub fn update(&mut self, heightmap: &Heightmap, options: &Options, view: &View, patches: &[PatchId]) -> Update {
         let start = Instant::now();
         let (mut batch, mut select) = self.select_edges(heightmap, options, view, patches);
-        let tolerance_m = |p: &PatchId| tolerance_m_at(self.bounds_world(*p), options, view);
+        let tolerance_m = |p: &PatchId| tolerance_m_at(self.boxes.of(*p), options, view);
         let tolerances: Vec<f64> = patches.iter().map(tolerance_m).collect();
         select += self.select_interiors(heightmap, options, patches, &tolerances);
         batch.extend(patches);
@@ -162,7 +159,7 @@ impl Algorithm1Mesh {
         let vertices = if options.smoothing { self.smoothed(heightmap, &batch) } else { Vec::new() };
         let finish = |(patch, (indices, _)): (PatchId, (Vec<u32>, Duration))| Triangulated {
             node: patch,
-            tolerance_m: self.patches[patch as usize].tolerance_m,
+            selected_for: SelectedFor::ToleranceM(self.patches[patch as usize].tolerance_m),
             indices: Some(indices),
         };
         let triangulated: Vec<Triangulated> = batch.into_iter().zip(made).map(finish).collect();
@@ -209,6 +206,16 @@ impl Algorithm1Mesh {
         };
         numbers.par_iter().map(timed).collect()
     }
+}
+
+/// Whether a patch that was selected for `then_m` needs another selection: where the largest height difference in its
+/// box, projected, has changed by more than the tolerance (section 4). In units of the tolerance, a difference `d` is
+/// `d / tolerance_m`.
+pub(crate) fn is_outdated(bounds_world: &Aabb, then_m: f64, options: &Options, view: &View) -> bool {
+    let now_m = tolerance_m_at(bounds_world, options, view);
+    let difference_m = bounds_world.max[1] - bounds_world.min[1];
+    // Both infinite where the eye was and is in the box: not a number, so not more.
+    (difference_m / now_m - difference_m / then_m).abs() > 1.0
 }
 
 /// Of the sorted edges of some patches (an edge stands there once for each of its patches among them) those whose

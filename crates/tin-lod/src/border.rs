@@ -9,102 +9,19 @@
 //! ```
 //!
 //! Nodes of one size have one map: at the finer level the larger of two nested sets is kept, and it is sound. The maps
-//! of two sizes know nothing of each other. A sample that only one of them needs can move the straight pieces away from
-//! other samples of the side: those are added, until no sample of the side is farther away than the tolerance of the
-//! finer level.
+//! of two sizes know nothing of each other, nor does a set at the levels of blocks hold all that a map has at one level.
+//! A sample that only one of them needs can move the straight pieces away from other samples of the side: those are
+//! added, until no sample of the side is farther away than the tolerance of the finer level beside it.
 
 use terrain_core::Heightmap;
 
 use crate::ladder::{Level, tolerance_m};
-use crate::nodes::{NodeId, Nodes, Owners};
-use crate::patches::{EdgeRun, PatchGrid};
+use crate::levels::{BLOCK, NodeLevels};
+use crate::node_maps::NodeMaps;
+use crate::nodes::{NodeId, Owners};
+use crate::patches::EdgeRun;
 use crate::select::{Mask, inner_bits};
-use crate::threshold_map::{ThresholdMap, farthest_from_chord};
-
-/// What a draw may cost in triangles.
-///
-/// Measured without culling, patch 32, group 2 (triangles and draws; 104,477 and 1,024, 34,243 and 4,096 without groups):
-///
-/// | price | 0 | 8 | 32 |
-/// |---|---|---|---|
-/// | Puget Sound, low over the middle, 1 px | 104,505, 808 | 105,515, 577 | 108,197, 355 |
-/// | Death Valley, the same, 2 px | 31,050, 1,681 | 31,876, 1,102 | 32,344, 1,048 |
-const DRAW_TRIANGLES: u32 = 8;
-
-/// Nodes of all sizes, each size with its threshold map.
-pub struct NodeMaps {
-    nodes: Nodes,
-    /// Of each layer.
-    maps: Vec<ThresholdMap>,
-}
-
-impl NodeMaps {
-    /// Computes the maps on the threads of the current rayon pool; the result does not depend on them.
-    pub fn build(heightmap: &Heightmap, nodes: Nodes) -> Self {
-        Self::build_with_progress(heightmap, nodes, &|_, _| {})
-    }
-
-    /// The same. `progress` is told how many of how many nodes are done, by any thread, not always in order.
-    pub fn build_with_progress(heightmap: &Heightmap, nodes: Nodes, progress: &(dyn Fn(usize, usize) + Sync)) -> Self {
-        let mut before = 0;
-        let map = |grid: &PatchGrid| {
-            let map = ThresholdMap::build(heightmap, grid, &|done, _| progress(before + done, nodes.len()));
-            before += grid.patches() as usize;
-            map
-        };
-        let maps = nodes.grids().map(map).collect();
-        Self { nodes, maps }
-    }
-
-    pub(crate) fn new(nodes: Nodes, maps: Vec<ThresholdMap>) -> Self {
-        Self { nodes, maps }
-    }
-
-    /// The codes of all maps, one after the other.
-    pub(crate) fn codes(&self) -> impl Iterator<Item = &[u8]> {
-        self.maps.iter().flat_map(ThresholdMap::codes)
-    }
-
-    /// The nodes.
-    pub fn nodes(&self) -> &Nodes {
-        &self.nodes
-    }
-
-    /// The inner samples of a side (0 to 3: north, south, west, east) that a node needs at a level.
-    pub(crate) fn side(&self, node: NodeId, side: usize, level: Level) -> Mask {
-        self.maps[self.nodes.place(node).0].edge_mask(self.nodes.edges_of(node)[side], level)
-    }
-
-    /// The samples inside a node that it needs at a level, a mask for each inner row.
-    pub(crate) fn interior(&self, node: NodeId, level: Level, rows: &mut Vec<Mask>) {
-        let (layer, number) = self.nodes.place(node);
-        let inner_rows = self.nodes.area(node).depth as usize - 1;
-        self.maps[layer].interior_masks(number, inner_rows, level, rows);
-    }
-
-    /// Appends the nodes of the best cut through a node at these levels (of all nodes): itself if that costs no more
-    /// than its members do. Returns the cost in triangles, without those that nodes around it cause.
-    pub fn cut(&self, node: NodeId, levels: &[Level], chosen: &mut Vec<NodeId>) -> u32 {
-        let (own, before) = (self.triangles(node, levels[node as usize]) + DRAW_TRIANGLES, chosen.len());
-        let of_members = self.nodes.members(node).map(|member| self.cut(member, levels, chosen)).sum();
-        if chosen.len() > before && of_members < own {
-            return of_members;
-        }
-        chosen.truncate(before);
-        chosen.push(node);
-        own
-    }
-
-    /// Triangles of a node at a level, if all nodes around it need no more than it does.
-    fn triangles(&self, node: NodeId, level: Level) -> u32 {
-        let (layer, number) = self.nodes.place(node);
-        let inner_rows = self.nodes.area(node).depth as usize - 1;
-        let border: u32 = (0..4).map(|side| self.side(node, side, level).count_ones()).sum();
-        let interior = self.maps[layer].count_interior(number, inner_rows, level);
-        // Of n points, h of them on the outline: 2 n - 2 - h triangles.
-        2 * interior + border + 2
-    }
-}
+use crate::threshold_map::{deviations_m, farthest};
 
 /// A mesh in the making: which nodes it consists of, and at which levels.
 #[derive(Clone, Copy)]
@@ -116,71 +33,104 @@ pub struct Cut<'a> {
     /// The nodes of the mesh.
     pub owners: &'a Owners,
     /// Levels of all nodes; those of nodes that are not in the mesh are not read.
-    pub levels: &'a [Level],
+    pub levels: &'a [NodeLevels],
+}
+
+/// A side of a node.
+#[derive(Clone, Copy)]
+struct Side {
+    /// Nodes of one layer have one map.
+    layer: usize,
+    run: EdgeRun,
+    /// Of its runs of 8 samples.
+    levels: [Level; 8],
+}
+
+impl Side {
+    fn is_uniform(&self) -> bool {
+        let runs = self.run.length.div_ceil(BLOCK) as usize;
+        self.levels[1..runs].iter().all(|level| *level == self.levels[0])
+    }
+
+    /// The level of a sample of a piece of the side.
+    fn level(&self, piece: EdgeRun, i: u32) -> Level {
+        self.levels[((i as i32 + offset(piece, self.run)) as u32 / BLOCK) as usize]
+    }
 }
 
 impl Cut<'_> {
-    /// The level of a node.
-    pub fn level(&self, node: NodeId) -> Level {
-        self.levels[node as usize]
+    /// The levels of a node.
+    pub(crate) fn levels(&self, node: NodeId) -> &NodeLevels {
+        &self.levels[node as usize]
     }
 
-    /// The inner samples of a side that the node itself needs.
-    pub(crate) fn needed(&self, node: NodeId, side: usize) -> Mask {
-        self.maps.side(node, side, self.level(node))
-    }
-
-    /// The inner samples of a side (0 to 3: north, south, west, east) that are kept, given those that the node needs.
-    pub(crate) fn kept(&self, node: NodeId, side: usize, needed: Mask) -> Mask {
+    /// The inner samples of a side (0 to 3: north, south, west, east) that the node needs, and those that are kept.
+    pub(crate) fn needed_and_kept(&self, node: NodeId, side: usize) -> (Mask, Mask) {
+        let (here, needed) = (self.side(node, side), self.needed(node, side));
         let (mut kept, mut last) = (needed, None);
         for patch in self.maps.nodes().patches_beyond(node, side) {
             let beyond = self.owners.of(patch);
             if last.replace(beyond) != Some(beyond) {
-                kept |= self.kept_between(node, beyond, side, needed);
+                kept |= self.kept_between(&here, needed, beyond, side ^ 1);
             }
         }
-        kept
-    }
-
-    /// What is kept where a side of a node meets the node beyond, with the ends of the shared piece.
-    fn kept_between(&self, node: NodeId, beyond: NodeId, side: usize, needed: Mask) -> Mask {
-        let (level, level_beyond) = (self.level(node), self.level(beyond));
-        let needed_beyond = || self.needed(beyond, side ^ 1);
-        if self.maps.nodes().place(node).0 == self.maps.nodes().place(beyond).0 {
-            return if level_beyond < level { needed_beyond() } else { needed };
+        if last.is_none() && !here.is_uniform() {
+            let limit_m = |i| tolerance_m(here.level(here.run, i));
+            kept = straightened(self.heightmap, here.run, kept, limit_m);
         }
-        let (run, run_beyond) = (self.run(node, side), self.run(beyond, side ^ 1));
-        let shared = if run_beyond.length < run.length { run_beyond } else { run };
-        let union = shifted(needed, run, shared) | shifted(needed_beyond(), run_beyond, shared);
-        let limit_m = tolerance_m(level.min(level_beyond));
-        let kept = straightened(self.heightmap, shared, union & inner_bits(shared.length), limit_m);
-        shifted(kept | 1 | 1u64.unbounded_shl(shared.length), shared, run) & inner_bits(run.length)
+        (needed, kept)
     }
 
-    fn run(&self, node: NodeId, side: usize) -> EdgeRun {
-        let nodes = self.maps.nodes();
-        nodes.grid_of(node).run(nodes.edges_of(node)[side])
+    /// What is kept where a side meets a side of the node beyond, with the ends of the shared piece.
+    fn kept_between(&self, here: &Side, needed: Mask, beyond: NodeId, side_beyond: usize) -> Mask {
+        let there = self.side(beyond, side_beyond);
+        if here.layer == there.layer && here.is_uniform() && there.is_uniform() {
+            let is_coarser = there.levels[0] >= here.levels[0];
+            return if is_coarser { needed } else { self.needed(beyond, side_beyond) };
+        }
+        let shared = if there.run.length < here.run.length { there.run } else { here.run };
+        let needed_beyond = shifted(self.needed(beyond, side_beyond), there.run, shared);
+        let union = (shifted(needed, here.run, shared) | needed_beyond) & inner_bits(shared.length);
+        let limit_m = |i| tolerance_m(here.level(shared, i).min(there.level(shared, i)));
+        let kept = straightened(self.heightmap, shared, union, limit_m);
+        shifted(kept | 1 | 1u64.unbounded_shl(shared.length), shared, here.run) & inner_bits(here.run.length)
     }
+
+    fn needed(&self, node: NodeId, side: usize) -> Mask {
+        self.maps.side(node, side, self.levels(node))
+    }
+
+    fn side(&self, node: NodeId, side: usize) -> Side {
+        let nodes = self.maps.nodes();
+        let run = nodes.grid_of(node).run(nodes.edges_of(node)[side]);
+        Side { layer: nodes.place(node).0, run, levels: self.levels(node).side(nodes.area(node), side) }
+    }
+}
+
+/// From the start of one run to the start of another one on the same line.
+fn offset(run: EdgeRun, of: EdgeRun) -> i32 {
+    let start = |run: EdgeRun| if run.along_x { run.first.column } else { run.first.row };
+    start(run) as i32 - start(of) as i32
 }
 
 /// A mask of one run as a mask of another one on the same line.
 fn shifted(mask: Mask, from: EdgeRun, to: EdgeRun) -> Mask {
-    let start = |run: EdgeRun| if run.along_x { run.first.column } else { run.first.row };
-    match start(from) as i32 - start(to) as i32 {
+    match offset(from, to) {
         right @ 0.. => mask.unbounded_shl(right as u32),
         left => mask.unbounded_shr(left.unsigned_abs()),
     }
 }
 
-/// Adds samples of a run to those that are kept, until none is farther than a limit from the straight pieces between.
-fn straightened(heightmap: &Heightmap, run: EdgeRun, mut kept: Mask, limit_m: f64) -> Mask {
+/// Adds samples of a run to those that are kept, until none is farther than its limit from the straight pieces between.
+fn straightened(heightmap: &Heightmap, run: EdgeRun, mut kept: Mask, limit_m: impl Fn(u32) -> f64) -> Mask {
     let mut from = 0;
     while from < run.length {
         // The mask has no bit for the run's end.
         let to = from + 1 + kept.unbounded_shr(from + 1).trailing_zeros().min(run.length - from - 1);
-        match farthest_from_chord(heightmap, run, from, to) {
-            Some((worst, deviation_m)) if deviation_m > limit_m => kept |= 1 << worst,
-            _ => from = to,
+        let beyond = deviations_m(heightmap, run, from, to).filter(|(i, deviation_m)| *deviation_m > limit_m(*i));
+        match farthest(beyond) {
+            Some((worst, _)) => kept |= 1 << worst,
+            None => from = to,
         }
     }
     kept

@@ -13,13 +13,17 @@
 //!    coarse   fine        bad.
 //! ```
 //!
+//! A patch whose blocks have levels of their own (`levels.rs`) keeps what no single set of the map holds: all of its
+//! triangles are checked, each sample against the tolerance of its block.
+//!
 //! The result is a function of the maps, and of the levels of the node and of those around it.
 
 use terrain_core::Heightmap;
 
-use crate::deviation::PatchHeights;
+use crate::deviation::{PatchHeights, Worst};
 use crate::ladder::tolerance_m;
 use crate::lattice::{Vertex, vertex};
+use crate::levels::NodeLevels;
 use crate::patches::PatchArea;
 use crate::select::Border;
 use crate::selection::Selection;
@@ -74,26 +78,35 @@ impl BoundedMesher {
     ) -> Repair {
         let kept = selection.kept_samples(area, place);
         self.kernel.connect(&kept);
+        let heights = PatchHeights::new(heightmap, area);
+        let touches = |suspects: &VertexSet, corners: [Vertex; 3]| corners.iter().any(|v| suspects.contains(*v));
         self.suspects.fill(area, selection.extra());
-        let repair = if self.suspects.is_empty() {
-            Repair::default()
-        } else {
-            let touches = |suspects: &VertexSet, corners: [Vertex; 3]| corners.iter().any(|v| suspects.contains(*v));
-            self.repair(&PatchHeights::new(heightmap, area), tolerance_m(selection.level()), touches)
+        let repair = match selection.levels() {
+            NodeLevels::Uniform(_) if self.suspects.is_empty() => Repair::default(),
+            NodeLevels::Uniform(level) => {
+                let limit_m = tolerance_m(*level);
+                self.repair(|corners| heights.worst_beyond(limit_m, corners), touches)
+            }
+            NodeLevels::Blocks(blocks) => {
+                let limits_m = blocks.map(|row| row.map(tolerance_m));
+                // Of the triangles before the first repair any may be bad.
+                self.suspects.clear();
+                let may_be_bad = |suspects: &VertexSet, corners| suspects.is_empty() || touches(suspects, corners);
+                self.repair(|corners| heights.worst_beyond_blocks(&limits_m, corners), may_be_bad)
+            }
         };
         self.kernel.append_indices(&kept, indices);
         repair
     }
 
-    /// Adds samples until no triangle is bad of those that `is_suspect` says may be.
+    /// Adds samples until no triangle has a worst one of those that `is_suspect` says may be bad.
     fn repair(
         &mut self,
-        heights: &PatchHeights,
-        limit_m: f64,
+        worst_of: impl Fn([Vertex; 3]) -> Option<Worst>,
         is_suspect: impl Fn(&VertexSet, [Vertex; 3]) -> bool,
     ) -> Repair {
         let mut repair = Repair::default();
-        while self.find_worst(heights, limit_m, &is_suspect) {
+        while self.find_worst(&worst_of, &is_suspect) {
             repair.rounds += 1;
             // A triangle without a new corner was there before, and good: a bad one's circle holds its worst sample.
             self.suspects.clear();
@@ -108,16 +121,15 @@ impl BoundedMesher {
         repair
     }
 
-    /// Lists the worst samples of the suspect triangles that are farther away than the limit. Whether there are any.
+    /// Lists the worst samples of those suspect triangles that are bad. Whether there are any.
     fn find_worst(
         &mut self,
-        heights: &PatchHeights,
-        limit_m: f64,
+        worst_of: impl Fn([Vertex; 3]) -> Option<Worst>,
         is_suspect: impl Fn(&VertexSet, [Vertex; 3]) -> bool,
     ) -> bool {
         for (triangle, corners) in self.kernel.triangles().enumerate() {
             if is_suspect(&self.suspects, corners)
-                && let Some(worst) = heights.worst_beyond(limit_m, corners)
+                && let Some(worst) = worst_of(corners)
             {
                 self.worst.push((triangle, worst.sample));
             }
@@ -183,9 +195,10 @@ impl VertexSet {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::border::{Cut, NodeMaps};
-    use crate::ladder::{Level, level_of};
+    use crate::border::Cut;
+    use crate::ladder::level_of;
     use crate::lattice::position;
+    use crate::node_maps::NodeMaps;
     use crate::nodes::{NodeId, Nodes, Owners};
     use crate::triangulate::KeptSamples;
     use terrain_core::SplitMix64;
@@ -249,8 +262,8 @@ mod tests {
             let nodes = Nodes::new(&dem, patch, group);
             let owners = any_cut(&nodes, &mut random);
             let maps = NodeMaps::build(&dem, nodes);
-            let mut level = |_| level_of(random.range(-5.0, 9.0).exp2());
-            let levels: Vec<Level> = (0..maps.nodes().len()).map(&mut level).collect();
+            let mut level = |_| NodeLevels::Uniform(level_of(random.range(-5.0, 9.0).exp2()));
+            let levels: Vec<NodeLevels> = (0..maps.nodes().len()).map(&mut level).collect();
             let cut = Cut { heightmap: &dem, maps: &maps, owners: &owners, levels: &levels };
             let mut all_nodes = Vec::new();
             owners.of_all(0..maps.nodes().patches().patches(), &mut all_nodes);
@@ -262,7 +275,9 @@ mod tests {
                 let kept = selection.kept_samples(area, VertexPlace::in_whole_dem(&dem, area));
                 full.kernel.connect(&kept);
                 let heights = PatchHeights::new(&dem, area);
-                let of_all = full.repair(&heights, tolerance_m(selection.level()), |_, _| true);
+                let NodeLevels::Uniform(level) = *selection.levels() else { unreachable!() };
+                let limit_m = tolerance_m(level);
+                let of_all = full.repair(|corners| heights.worst_beyond(limit_m, corners), |_, _| true);
                 let mut all = Vec::new();
                 full.kernel.append_indices(&kept, &mut all);
                 assert_eq!((of_all, all), (repair, indices), "seed {seed}, node {node}");
@@ -281,8 +296,9 @@ mod tests {
         let maps = NodeMaps::build(&dem, nodes);
         // The first patch at one level, all others at another.
         let select = |level, around| {
-            let (mut selection, mut levels) = (Selection::default(), vec![around; maps.nodes().len()]);
-            levels[0] = level;
+            let mut selection = Selection::default();
+            let mut levels = vec![NodeLevels::Uniform(around); maps.nodes().len()];
+            levels[0] = NodeLevels::Uniform(level);
             selection.select(&Cut { heightmap: &dem, maps: &maps, owners: &owners, levels: &levels }, 0);
             selection
         };

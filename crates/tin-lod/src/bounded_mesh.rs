@@ -10,13 +10,14 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use rayon::prelude::*;
-use terrain_core::{Aabb, Heightmap, View, WorkReport};
+use terrain_core::{Heightmap, View, WorkReport};
 
-use crate::border::{Cut, NodeMaps};
+use crate::border::Cut;
 use crate::bounded::BoundedMesher;
-use crate::cull::union;
-use crate::ladder::{self, COARSEST, Level, level_of};
-use crate::mesh::{Triangulated, Update, tolerance_m_at};
+use crate::ladder::COARSEST;
+use crate::levels::{Boxes, NodeLevels};
+use crate::mesh::{SelectedFor, Triangulated, Update};
+use crate::node_maps::NodeMaps;
 use crate::nodes::{NodeId, Nodes, Owners};
 use crate::options::Options;
 use crate::selection::Selection;
@@ -26,12 +27,21 @@ use crate::vertices::VertexPlace;
 pub(crate) struct BoundedMesh {
     maps: Arc<NodeMaps>,
     place: VertexPlace,
-    bounds_world: Vec<Aabb>,
+    boxes: Arc<Boxes>,
     /// Of all nodes, those that are not in the cut too.
-    levels: Vec<Level>,
+    levels: Vec<NodeLevels>,
     owners: Owners,
     /// What the triangles of each node in the cut are made of; nothing before the first.
     selections: Vec<Option<Selection>>,
+}
+
+/// What an update changes in the cut.
+#[derive(Default)]
+struct Change {
+    /// Nodes that are new in the cut, or have other levels.
+    made: Vec<NodeId>,
+    /// Nodes that are no longer in it.
+    retired: Vec<NodeId>,
 }
 
 /// What became of one node.
@@ -44,12 +54,17 @@ struct Made {
 
 impl BoundedMesh {
     /// All nodes at the coarsest level, the roots in the cut.
-    pub fn coarsest(heightmap: &Heightmap, options: &Options, maps: Arc<NodeMaps>) -> (Self, Update) {
+    pub fn coarsest(
+        heightmap: &Heightmap,
+        options: &Options,
+        maps: Arc<NodeMaps>,
+        boxes: Arc<Boxes>,
+    ) -> (Self, Update) {
         let nodes = maps.nodes();
         let mut mesh = Self {
             place: options.vertex_strips(heightmap).place(),
-            bounds_world: bounds_world(heightmap, nodes),
-            levels: vec![COARSEST; nodes.len()],
+            boxes,
+            levels: vec![NodeLevels::Uniform(COARSEST); nodes.len()],
             owners: Owners::roots(nodes),
             selections: vec![None; nodes.len()],
             maps,
@@ -63,8 +78,8 @@ impl BoundedMesh {
         self.maps.nodes()
     }
 
-    pub fn bounds_world(&self, node: NodeId) -> &Aabb {
-        &self.bounds_world[node as usize]
+    pub fn boxes(&self) -> &Boxes {
+        &self.boxes
     }
 
     /// The roots of the patches in view that an update for this view would change.
@@ -72,50 +87,42 @@ impl BoundedMesh {
         let mut roots: Vec<NodeId> = visible.iter().map(|patch| self.nodes().root_of(*patch)).collect();
         roots.sort_unstable();
         roots.dedup();
-        let level = |node| level_of(tolerance_m_at(self.bounds_world(node), options, view));
-        roots.retain(|root| self.nodes().tree(*root).any(|node| self.levels[node as usize] != level(node)));
+        let levels = |node| self.boxes.levels(node, view, options.tolerance_px);
+        roots.retain(|root| self.nodes().tree(*root).any(|node| self.levels[node as usize] != levels(node)));
         roots
     }
 
     /// Gives these roots the levels and the cuts of a view, and makes what changes and the nodes around it anew.
     pub fn update(&mut self, heightmap: &Heightmap, options: &Options, view: &View, roots: &[NodeId]) -> Update {
-        let start = Instant::now();
-        let (mut changed, mut retired) = (Vec::new(), Vec::new());
+        let (start, mut change) = (Instant::now(), Change::default());
         for root in roots {
-            self.cut_anew(*root, options, view, &mut changed, &mut retired);
+            self.cut_anew(*root, options, view, &mut change);
         }
-        for node in &changed {
+        let Change { made: mut batch, retired } = change;
+        for node in &batch {
             self.owners.give(self.maps.nodes(), *node);
         }
         let nodes = self.maps.nodes();
         let beyond = |node: NodeId| (0..4).flat_map(move |side| nodes.patches_beyond(node, side));
-        let around: Vec<NodeId> = changed.iter().copied().flat_map(beyond).map(|patch| self.owners.of(patch)).collect();
-        changed.extend(around);
-        changed.sort_unstable();
-        changed.dedup();
-        self.remake(heightmap, changed, retired, start)
+        let around: Vec<NodeId> = batch.iter().copied().flat_map(beyond).map(|patch| self.owners.of(patch)).collect();
+        batch.extend(around);
+        batch.sort_unstable();
+        batch.dedup();
+        self.remake(heightmap, batch, retired, start)
     }
 
-    /// Gives a root the levels of a view. Lists the nodes that are new in the cut or change their level, and those that
-    /// are no longer in it.
-    fn cut_anew(
-        &mut self,
-        root: NodeId,
-        options: &Options,
-        view: &View,
-        changed: &mut Vec<NodeId>,
-        retired: &mut Vec<NodeId>,
-    ) {
+    /// Gives a root the levels of a view, and adds what that changes in its cut.
+    fn cut_anew(&mut self, root: NodeId, options: &Options, view: &View, change: &mut Change) {
         let (mut before, mut after) = (Vec::new(), Vec::new());
         self.owners.of_all(self.nodes().patches_of(root), &mut before);
-        let before: Vec<(NodeId, Level)> = before.into_iter().map(|node| (node, self.levels[node as usize])).collect();
+        let before: Vec<_> = before.into_iter().map(|node| (node, self.levels[node as usize])).collect();
         let nodes = self.maps.nodes();
         for node in nodes.tree(root) {
-            self.levels[node as usize] = level_of(tolerance_m_at(&self.bounds_world[node as usize], options, view));
+            self.levels[node as usize] = self.boxes.levels(node, view, options.tolerance_px);
         }
         self.maps.cut(root, &self.levels, &mut after);
-        changed.extend(after.iter().filter(|node| !before.contains(&(**node, self.levels[**node as usize]))));
-        retired.extend(before.into_iter().map(|(node, _)| node).filter(|node| !after.contains(node)));
+        change.made.extend(after.iter().filter(|node| !before.contains(&(**node, self.levels[**node as usize]))));
+        change.retired.extend(before.into_iter().map(|(node, _)| node).filter(|node| !after.contains(node)));
     }
 
     /// Selects and triangulates these nodes as the cut and the levels are now.
@@ -130,8 +137,8 @@ impl BoundedMesh {
             report.select += made.select;
             report.triangulate += made.triangulate;
             self.selections[node as usize] = Some(made.selection);
-            let tolerance_m = ladder::tolerance_m(self.levels[node as usize]);
-            triangulated.push(Triangulated { node, tolerance_m, indices: made.indices });
+            let selected_for = SelectedFor::Levels(self.levels[node as usize]);
+            triangulated.push(Triangulated { node, selected_for, indices: made.indices });
         }
         report.patches = triangulated.iter().filter(|t| t.indices.is_some()).count() as u32;
         report.triangles = triangulated.iter().map(Triangulated::triangles).sum();
@@ -157,18 +164,4 @@ impl BoundedMesh {
         });
         Made { selection, indices, select, triangulate: start.elapsed() }
     }
-}
-
-/// The boxes of all nodes.
-fn bounds_world(heightmap: &Heightmap, nodes: &Nodes) -> Vec<Aabb> {
-    let box_of = |patch: u32| {
-        let area = nodes.area(patch);
-        heightmap.bounds_world(area.first, area.last())
-    };
-    let mut boxes: Vec<Aabb> = (0..nodes.patches().patches()).into_par_iter().map(box_of).collect();
-    for group in boxes.len() as NodeId..nodes.len() as NodeId {
-        let members = nodes.members(group).map(|member| boxes[member as usize]);
-        boxes.push(members.reduce(union).expect("a group has a north-western member"));
-    }
-    boxes
 }

@@ -30,11 +30,6 @@ impl PatchTree {
         Self { layers }
     }
 
-    /// The box of a block: of a patch in layer 0, of 2 x 2 patches in layer 1, and so on, by its number in the layer.
-    pub fn bounds_world(&self, (layer, block): (usize, PatchId)) -> &Aabb {
-        &self.layers[layer].bounds_world[block as usize]
-    }
-
     /// Fills `visible` with the patches whose boxes may be in view, or with all of them; in ascending order.
     pub fn visible(&self, view: &View, culling: bool, visible: &mut Vec<PatchId>) {
         visible.clear();

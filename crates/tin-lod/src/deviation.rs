@@ -55,6 +55,37 @@ impl<'a> PatchHeights<'a> {
         self.heights_m[row as usize * self.stride + column as usize] as f64
     }
 
+    /// As [`Self::worst_beyond`], with a limit for each block of 8 x 8 samples: of the samples beyond theirs the one that
+    /// the triangle is farthest from.
+    pub fn worst_beyond_blocks(&self, limits_m: &[[f64; 8]; 8], corners: [Vertex; 3]) -> Option<Worst> {
+        let [a, b, c] = corners;
+        if doubled_area(a, b, c) == 1 {
+            return None;
+        }
+        let plane = Plane::through(self, corners);
+        let doubled_area = plane.doubled_area as f64;
+        let mut worst = (0.0, 0);
+        for_rows(corners, self.depth, |row, first, last| {
+            let (mut first, last) = (first.max(1), last.min(self.width as i32 - 1));
+            while first <= last {
+                let (block, start) = (first / 8, row as usize * self.stride);
+                let end = last.min(8 * block + 7);
+                let limit = limits_m[row as usize / 8][block as usize] * doubled_area;
+                let mut found = (limit.max(worst.0), 0);
+                let before = found.0;
+                let heights_m = &self.heights_m[start + first as usize..=start + end as usize];
+                plane.worst_of_row(first, row, heights_m, &mut found);
+                if found.0 > before {
+                    worst = found;
+                }
+                first = end + 1;
+            }
+        });
+        let (numerator, sample) = worst;
+        let found = numerator > 0.0 && !corners.contains(&sample);
+        found.then(|| Worst { sample, deviation_m: numerator / doubled_area })
+    }
+
     /// The sample inside the patch that a counter-clockwise triangle is farthest from, the first such by rows; `None`
     /// where no sample is farther than a limit.
     pub fn worst_beyond(&self, limit_m: f64, corners: [Vertex; 3]) -> Option<Worst> {
@@ -220,6 +251,46 @@ mod tests {
         inner.filter_map(deviation_m).max_by(f64::total_cmp).filter(|worst_m| *worst_m > 1e-9)
     }
 
+    fn random_triangle(random: &mut SplitMix64, width: u32, depth: u32) -> Option<[Vertex; 3]> {
+        let mut corner = || vertex(random.below(width as u64 + 1) as u32, random.below(depth as u64 + 1) as u32);
+        let [a, b, c] = [corner(), corner(), corner()];
+        match doubled_area(a, b, c) {
+            0 => None,
+            area if area < 0 => Some([a, c, b]),
+            _ => Some([a, b, c]),
+        }
+    }
+
+    #[test]
+    fn the_worst_beyond_the_limits_of_blocks_is_the_worst_of_those_samples() {
+        let (mut random, mut beyond) = (SplitMix64::new(4), 0);
+        for _ in 0..2_000 {
+            let (width, depth) = (1 + random.below(64) as u32, 1 + random.below(64) as u32);
+            let heights_m: Vec<f32> = (0..65 * 65).map(|_| random.range(-50.0, 400.0) as f32).collect();
+            let heights = PatchHeights { heights_m: &heights_m, stride: 65, width, depth };
+            let Some(corners) = random_triangle(&mut random, width, depth) else { continue };
+            let limits_m = [(); 8].map(|_| [(); 8].map(|_| random.range(300.0, 500.0)));
+            // The worst of all is the worst of the blocks' worst ones.
+            let mut expected_m = None::<f64>;
+            for (block_row, block) in (0..8).flat_map(|row| (0..8).map(move |block| (row, block))) {
+                let mut alone_m = [[f64::INFINITY; 8]; 8];
+                alone_m[block_row][block] = limits_m[block_row][block];
+                if let Some(worst) = heights.worst_beyond_blocks(&alone_m, corners) {
+                    let (column, row) = position(worst.sample);
+                    assert_eq!((row as usize / 8, column as usize / 8), (block_row, block));
+                    assert!(worst.deviation_m > limits_m[block_row][block]);
+                    expected_m = Some(expected_m.unwrap_or(0.0).max(worst.deviation_m));
+                }
+            }
+            let found = heights.worst_beyond_blocks(&limits_m, corners);
+            assert_eq!(found.map(|worst| worst.deviation_m), expected_m);
+            let uniform = heights.worst_beyond_blocks(&[[300.0; 8]; 8], corners);
+            assert_eq!(uniform, heights.worst_beyond(300.0, corners));
+            beyond += found.is_some() as u32;
+        }
+        assert!(beyond > 100, "{beyond} triangles beyond a limit: too few to show anything");
+    }
+
     #[test]
     fn agrees_with_barycentric_weights_over_all_samples() {
         let mut random = SplitMix64::new(9);
@@ -227,13 +298,7 @@ mod tests {
             let (width, depth) = (1 + random.below(64) as u32, 1 + random.below(64) as u32);
             let heights_m: Vec<f32> = (0..65 * 65).map(|_| random.range(-50.0, 4000.0) as f32).collect();
             let heights = PatchHeights { heights_m: &heights_m, stride: 65, width, depth };
-            let mut corner = || vertex(random.below(width as u64 + 1) as u32, random.below(depth as u64 + 1) as u32);
-            let [a, b, c] = [corner(), corner(), corner()];
-            let corners = match doubled_area(a, b, c) {
-                0 => continue,
-                area if area < 0 => [a, c, b],
-                _ => [a, b, c],
-            };
+            let Some(corners) = random_triangle(&mut random, width, depth) else { continue };
             match (heights.worst_beyond(1e-9, corners), plain_worst(&heights, corners)) {
                 (Some(found), Some(expected_m)) => assert!((found.deviation_m - expected_m).abs() < 1e-9),
                 (None, None) => {}

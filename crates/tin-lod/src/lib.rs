@@ -21,8 +21,9 @@
 //! Beyond the paper: a selection whose tolerance is a bound ([`Selector::Bounded`]). A [`ThresholdMap`] says of every
 //! sample at which levels of the tolerance ([`ladder`]) it is needed; a [`Selection`] keeps those of a level; a
 //! [`BoundedMesher`] triangulates them and repairs what neighbours at other levels spoil (`bounded.rs`). Far from the
-//! eye groups of patches are triangulated as one ([`Nodes`], [`group`](field@Options::group)); one rule for borders fits nodes of all
-//! sizes and levels together (`border.rs`).
+//! eye groups of patches are triangulated as one ([`Nodes`], [`group`](field@Options::group)), close to it the blocks of
+//! a patch have levels of their own ([`levels`], [`Options::blocks`]); one rule for borders fits nodes of all sizes and
+//! levels together (`border.rs`).
 
 mod algorithm1_mesh;
 mod border;
@@ -34,9 +35,11 @@ mod greedy;
 mod index_store;
 pub mod ladder;
 mod lattice;
+pub mod levels;
 mod map_file;
 mod mesh;
 mod method;
+mod node_maps;
 mod nodes;
 mod options;
 mod patches;
@@ -60,10 +63,11 @@ pub mod algorithm1 {
     pub use crate::select::{select_edge, select_interior};
 }
 
-pub use border::{Cut, NodeMaps};
+pub use border::Cut;
 pub use bounded::{BoundedMesher, Repair};
 pub use map_file::MapFileError;
 pub use method::Tin;
+pub use node_maps::NodeMaps;
 pub use nodes::{NodeId, Nodes, Owners};
 pub use options::{EdgePolicy, IndexStore, Options, Schedule, Selector, TinError};
 pub use patches::{EdgeId, EdgeRun, PatchArea, PatchEdges, PatchGrid, PatchId};

@@ -15,7 +15,7 @@ use std::io::{self, Write};
 
 use terrain_core::Heightmap;
 
-use crate::border::NodeMaps;
+use crate::node_maps::NodeMaps;
 use crate::nodes::Nodes;
 use crate::threshold_map::ThresholdMap;
 

@@ -7,10 +7,10 @@ use std::sync::Arc;
 
 use terrain_core::{Aabb, Heightmap, View, WorkReport};
 
-use crate::algorithm1_mesh::Algorithm1Mesh;
-use crate::border::NodeMaps;
+use crate::algorithm1_mesh::{self, Algorithm1Mesh};
 use crate::bounded_mesh::BoundedMesh;
-use crate::ladder::level_of;
+use crate::levels::{Boxes, NodeLevels};
+use crate::node_maps::NodeMaps;
 use crate::nodes::{NodeId, Nodes};
 use crate::options::{Options, Selector};
 use crate::patches::PatchId;
@@ -25,10 +25,28 @@ pub(crate) enum Mesh {
 /// One patch or group of an update.
 pub(crate) struct Triangulated {
     pub node: NodeId,
-    /// The tolerance in metres that it is selected for.
-    pub tolerance_m: f64,
+    pub selected_for: SelectedFor,
     /// Its new triangles, as indices from the node's first vertex on; none where those that it has stay right.
     pub indices: Option<Vec<u32>>,
+}
+
+/// All that must be known of the view that a patch or group was selected for, to see whether it is outdated.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum SelectedFor {
+    /// Algorithm 1: the tolerance in metres; infinite before the first selection.
+    ToleranceM(f64),
+    /// Bounded.
+    Levels(NodeLevels),
+}
+
+impl SelectedFor {
+    /// Whether another selection is needed for this view.
+    pub fn is_outdated(&self, boxes: &Boxes, node: NodeId, options: &Options, view: &View) -> bool {
+        match self {
+            Self::ToleranceM(then_m) => algorithm1_mesh::is_outdated(boxes.of(node), *then_m, options, view),
+            Self::Levels(levels) => boxes.levels(node, view, options.tolerance_px) != *levels,
+        }
+    }
 }
 
 impl Triangulated {
@@ -55,25 +73,26 @@ impl Mesh {
         heightmap: &Heightmap,
         options: &Options,
         nodes: &Nodes,
+        boxes: Arc<Boxes>,
         maps: Option<Arc<NodeMaps>>,
     ) -> (Self, Update) {
         match options.selector {
             Selector::Algorithm1 => {
-                let (mesh, update) = Algorithm1Mesh::coarsest(heightmap, options, *nodes.patches());
+                let (mesh, update) = Algorithm1Mesh::coarsest(heightmap, options, *nodes.patches(), boxes);
                 (Self::Algorithm1(mesh), update)
             }
             Selector::Bounded => {
                 let maps = maps.unwrap_or_else(|| Arc::new(NodeMaps::build(heightmap, nodes.clone())));
-                let (mesh, update) = BoundedMesh::coarsest(heightmap, options, maps);
+                let (mesh, update) = BoundedMesh::coarsest(heightmap, options, maps, boxes);
                 (Self::Bounded(mesh), update)
             }
         }
     }
 
-    pub fn bounds_world(&self, node: NodeId) -> &Aabb {
+    fn bounds_world(&self, node: NodeId) -> &Aabb {
         match self {
-            Self::Algorithm1(mesh) => mesh.bounds_world(node),
-            Self::Bounded(mesh) => mesh.bounds_world(node),
+            Self::Algorithm1(mesh) => mesh.boxes().of(node),
+            Self::Bounded(mesh) => mesh.boxes().of(node),
         }
     }
 
@@ -96,20 +115,6 @@ impl Mesh {
             Self::Algorithm1(mesh) => mesh.update(heightmap, options, view, outdated),
             Self::Bounded(mesh) => mesh.update(heightmap, options, view, outdated),
         }
-    }
-}
-
-/// Whether a patch that was selected for `then_m` needs another selection.
-///
-/// Algorithm 1: where the largest height difference in the box, projected, has changed by more than the tolerance
-/// (section 4). In units of the tolerance, a difference `d` is `d / tolerance_m`. Bounded: where the level has changed.
-pub(crate) fn is_outdated(bounds_world: &Aabb, then_m: f64, options: &Options, view: &View) -> bool {
-    let now_m = tolerance_m_at(bounds_world, options, view);
-    let difference_m = bounds_world.max[1] - bounds_world.min[1];
-    match options.selector {
-        // Both infinite where the eye was and is in the box: not a number, so not more.
-        Selector::Algorithm1 => (difference_m / now_m - difference_m / then_m).abs() > 1.0,
-        Selector::Bounded => level_of(now_m) != level_of(then_m),
     }
 }
 

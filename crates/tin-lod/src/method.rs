@@ -9,12 +9,13 @@ use terrain_core::{
     VertexKind, View,
 };
 
-use crate::border::NodeMaps;
 use crate::cull::PatchTree;
 use crate::index_store::Rooms;
-use crate::mesh::{Mesh, Update, is_outdated};
+use crate::levels::Boxes;
+use crate::mesh::{Mesh, SelectedFor, Update};
+use crate::node_maps::NodeMaps;
 use crate::nodes::{NodeId, Nodes, Owners};
-use crate::options::{IndexStore, Options, Schedule, TinError};
+use crate::options::{IndexStore, Options, Schedule, Selector, TinError};
 use crate::patches::PatchId;
 use crate::vertices::VertexStrips;
 use crate::worker::{HandOver, Worker, Workshop};
@@ -25,11 +26,12 @@ pub struct Tin {
     options: Options,
     culling: bool,
     nodes: Nodes,
+    boxes: Arc<Boxes>,
     tree: Arc<PatchTree>,
     strips: VertexStrips,
     rooms: Rooms,
-    /// Of each node the tolerance in metres that its triangles in the buffer were selected for.
-    drawn_tolerances_m: Vec<f64>,
+    /// Of each node what its triangles in the buffer were selected for.
+    drawn_for: Vec<SelectedFor>,
     /// The nodes that are drawn: those of the updates that the plans have drawn so far.
     owners: Owners,
     updates: Updates,
@@ -84,8 +86,10 @@ impl Tin {
             .thread_name(|i| format!("tin-lod {i}"))
             .build()
             .map_err(|error| fault(&error))?;
-        let (mesh, coarsest) = pool.install(|| Mesh::coarsest(&heightmap, &options, &nodes, maps));
-        let bounds_world: Vec<Aabb> = (0..nodes.patches().patches()).map(|p| *mesh.bounds_world(p)).collect();
+        let with_blocks = options.blocks && options.selector == Selector::Bounded;
+        let boxes = Arc::new(pool.install(|| Boxes::new(&heightmap, &nodes, with_blocks)));
+        let (mesh, coarsest) = pool.install(|| Mesh::coarsest(&heightmap, &options, &nodes, boxes.clone(), maps));
+        let bounds_world: Vec<Aabb> = (0..nodes.patches().patches()).map(|p| *boxes.of(p)).collect();
         let tree = Arc::new(PatchTree::new(nodes.patches(), bounds_world));
         let updates = match options.schedule {
             Schedule::Blocking => Updates::InPlan { mesh, pool },
@@ -99,12 +103,13 @@ impl Tin {
         Ok(Self {
             strips: options.vertex_strips(&heightmap),
             rooms: rooms(&nodes, &options),
-            drawn_tolerances_m: vec![f64::INFINITY; nodes.len()],
+            drawn_for: vec![SelectedFor::ToleranceM(f64::INFINITY); nodes.len()],
             heightmap,
             options,
             culling: true,
             owners: Owners::roots(&nodes),
             nodes,
+            boxes,
             tree,
             updates,
             coarsest: Some(coarsest),
@@ -144,7 +149,7 @@ impl Tin {
         }
         for made in update.triangulated {
             self.owners.give(&self.nodes, made.node);
-            self.drawn_tolerances_m[made.node as usize] = made.tolerance_m;
+            self.drawn_for[made.node as usize] = made.selected_for;
             if let Some(indices) = made.indices {
                 self.upload(made.node, &indices, plan);
             }
@@ -191,8 +196,7 @@ impl Tin {
     }
 
     fn is_stale(&self, node: NodeId, view: &View) -> bool {
-        let bounds_world = self.tree.bounds_world(self.nodes.place(node));
-        is_outdated(bounds_world, self.drawn_tolerances_m[node as usize], &self.options, view)
+        self.drawn_for[node as usize].is_outdated(&self.boxes, node, &self.options, view)
     }
 }
 
@@ -239,6 +243,9 @@ impl LodMethod for Tin {
         }
         self.owners.of_all(self.visible.iter().copied(), &mut self.visible_nodes);
         plan.draws.extend(self.visible_nodes.iter().map(|node| self.draw(*node)));
-        plan.stale_patches = self.visible_nodes.iter().filter(|node| self.is_stale(**node, view)).count() as u32;
+        plan.stale_patches = match self.updates {
+            Updates::InPlan { .. } => 0,
+            Updates::Behind(_) => self.visible_nodes.iter().filter(|node| self.is_stale(**node, view)).count() as u32,
+        };
     }
 }

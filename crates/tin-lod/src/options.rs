@@ -67,6 +67,9 @@ pub struct Options {
     /// triangles. Default
     /// (`None`) the largest that fits: 4 for patches of 8 or 16, 2 for 32, 1 for 64.
     pub group: Option<u32>,
+    /// Bounded: whether the blocks of 8 x 8 samples of patches near the eye have tolerances of their own, in place of the
+    /// tolerance of the patch's nearest point: fewer triangles, more updates. Default true.
+    pub blocks: bool,
     /// Which edges follow a patch. Default [`EdgePolicy::Matched`].
     pub edge_policy: EdgePolicy,
     /// When patches are updated. Default [`Schedule::Blocking`].
@@ -95,6 +98,7 @@ impl Default for Options {
             selector: Selector::default(),
             max_spacing: None,
             group: None,
+            blocks: true,
             edge_policy: EdgePolicy::default(),
             schedule: Schedule::default(),
             triangulator: Triangulator::default(),

@@ -22,6 +22,7 @@ use terrain_core::{Heightmap, Sample};
 use crate::greedy::{Greedy, LEAST_CODE};
 use crate::ladder::{Level, code_of};
 use crate::lattice::{Vertex, position, vertex};
+use crate::levels::NodeLevels;
 use crate::patches::{EdgeId, EdgeRun, PatchArea, PatchGrid, PatchId};
 use crate::select::Mask;
 
@@ -73,31 +74,30 @@ impl ThresholdMap {
         [&self.edges, &self.interiors]
     }
 
-    /// The inner samples of an edge that a level keeps.
-    pub(crate) fn edge_mask(&self, edge: EdgeId, level: Level) -> Mask {
-        kept(&self.edges[edge as usize * self.side..][..self.side], level)
+    /// The inner samples of an edge that are kept at levels of its runs of 8 samples.
+    pub(crate) fn edge_mask(&self, edge: EdgeId, levels: &[Level; 8]) -> Mask {
+        kept(&self.edges[edge as usize * self.side..][..self.side], levels)
     }
 
-    /// The inner samples of a patch that a level keeps, a mask for each of its inner rows.
-    pub(crate) fn interior_masks(&self, patch: PatchId, inner_rows: usize, level: Level, rows: &mut Vec<Mask>) {
+    /// The inner samples of a patch that are kept at levels of its blocks, a mask for each of its inner rows.
+    pub(crate) fn interior_masks(
+        &self,
+        patch: PatchId,
+        inner_rows: u32,
+        levels: &NodeLevels,
+    ) -> impl Iterator<Item = Mask> {
         let codes = &self.interiors[patch as usize * self.side * (self.side - 1)..];
-        rows.clear();
-        rows.extend(codes.chunks_exact(self.side).take(inner_rows).map(|row| kept(row, level)));
-    }
-
-    /// How many inner samples of a patch a level keeps.
-    pub(crate) fn count_interior(&self, patch: PatchId, inner_rows: usize, level: Level) -> u32 {
-        let codes = &self.interiors[patch as usize * self.side * (self.side - 1)..];
-        codes.chunks_exact(self.side).take(inner_rows).map(|row| kept(row, level).count_ones()).sum()
+        let rows = codes.chunks_exact(self.side).zip(1..=inner_rows);
+        rows.map(|(codes, row)| kept(codes, &levels.row(row)))
     }
 }
 
-/// Bit `i` for each byte `i` that is larger than a level, eight bytes at a time.
-fn kept(codes: &[u8], level: Level) -> Mask {
+/// Bit `i` for each byte `i` that is larger than the level of its run of eight bytes.
+fn kept(codes: &[u8], levels: &[Level; 8]) -> Mask {
     let (chunks, rest) = codes.as_chunks::<8>();
     debug_assert!(rest.is_empty(), "sides of patches are multiples of 8");
-    let above = |chunk: &[u8; 8]| larger_bytes(u64::from_le_bytes(*chunk), level);
-    chunks.iter().enumerate().fold(0, |mask, (i, chunk)| mask | above(chunk) << (8 * i))
+    let runs = chunks.iter().zip(levels).enumerate();
+    runs.fold(0, |mask, (i, (run, level))| mask | larger_bytes(u64::from_le_bytes(*run), *level) << (8 * i))
 }
 
 /// Bit `i` where byte `i` of a word is larger than a number.
@@ -116,21 +116,29 @@ fn larger_bytes(bytes: u64, number: u8) -> u64 {
 fn edge_codes(heightmap: &Heightmap, run: EdgeRun, pending: &mut Vec<(u32, u32, u8)>, codes: &mut [u8]) {
     pending.push((0, run.length, u8::MAX));
     while let Some((from, to, limit)) = pending.pop() {
-        let Some((worst, deviation_m)) = farthest_from_chord(heightmap, run, from, to) else { continue };
+        let Some((worst, deviation_m)) = farthest(deviations_m(heightmap, run, from, to)) else { continue };
         let code = code_of(deviation_m).clamp(LEAST_CODE, limit);
         codes[worst as usize] = code;
         pending.extend([(from, worst, code), (worst, to, code)]);
     }
 }
 
-/// The sample between two others of an edge that is farthest from the straight line between them, and how far it is,
-/// vertically.
-pub(crate) fn farthest_from_chord(heightmap: &Heightmap, run: EdgeRun, from: u32, to: u32) -> Option<(u32, f64)> {
-    let height_m = |i: u32| heightmap.height_m(run.sample(i)) as f64;
+/// How far the samples between two others of an edge are from the straight line between those, vertically.
+pub(crate) fn deviations_m(
+    heightmap: &Heightmap,
+    run: EdgeRun,
+    from: u32,
+    to: u32,
+) -> impl Iterator<Item = (u32, f64)> {
+    let height_m = move |i: u32| heightmap.height_m(run.sample(i)) as f64;
     let (start_m, rise_m, length) = (height_m(from), height_m(to) - height_m(from), (to - from) as f64);
-    let numerator = |i: u32| ((i - from) as f64 * rise_m - length * (height_m(i) - start_m)).abs();
-    let worst = (from + 1..to).map(|i| (i, numerator(i))).reduce(|a, b| if b.1 > a.1 { b } else { a });
-    worst.map(|(i, numerator)| (i, numerator / length))
+    let numerator = move |i: u32| ((i - from) as f64 * rise_m - length * (height_m(i) - start_m)).abs();
+    (from + 1..to).map(move |i| (i, numerator(i) / length))
+}
+
+/// The first of the samples that are farthest away.
+pub(crate) fn farthest(deviations_m: impl Iterator<Item = (u32, f64)>) -> Option<(u32, f64)> {
+    deviations_m.reduce(|a, b| if b.1 > a.1 { b } else { a })
 }
 
 /// Memory of one thread.
@@ -179,9 +187,9 @@ mod tests {
                 for place in 0..16 {
                     let mut codes = [level; 16];
                     codes[place] = byte;
-                    assert_eq!(kept(&codes, level), ((byte > level) as Mask) << place);
+                    assert_eq!(kept(&codes, &[level; 8]), ((byte > level) as Mask) << place);
                     let others = if level > 0 { 0xffff & !(1 << place) } else { 0 };
-                    assert_eq!(kept(&codes, level.saturating_sub(1)) & !(1 << place), others);
+                    assert_eq!(kept(&codes, &[level.saturating_sub(1); 8]) & !(1 << place), others);
                 }
             }
         }

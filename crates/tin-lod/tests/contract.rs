@@ -40,9 +40,10 @@ fn every_patch_size_over_synthetic_terrain() {
 #[test]
 fn groups_of_every_size() {
     for (patch, group) in [(8, 1), (8, 2), (8, 4), (16, 2), (16, 4), (32, 1), (32, 2), (64, 1)] {
-        let options = Options { patch, group: Some(group), ..Default::default() };
+        let options = Options { patch, group: Some(group), blocks: false, ..Default::default() };
         check_one(synthetic::generate(193, 250, 7), options, patch as u64, 60);
         check_one(synthetic::generate(131, 70, 7), Options { tolerance_px: 8.0, ..options }, patch as u64, 60);
+        check_one(synthetic::generate(131, 70, 7), Options { blocks: true, ..options }, patch as u64, 60);
     }
 }
 
@@ -155,6 +156,34 @@ fn a_plan_updates_only_outdated_patches() {
     assert!(updated * 2 < drawn, "{updated} of {drawn} patches triangulated anew: nothing is kept between frames");
 }
 
+/// Groups are split and merged by the view alone: where the camera has been before leaves no trace.
+#[test]
+fn without_culling_the_bounded_mesh_is_a_function_of_the_view() {
+    let dem = Arc::new(synthetic::generate(190, 247, 7));
+    let tin = |options| {
+        let mut tin = Tin::new(dem.clone(), options).unwrap();
+        tin.set_culling(false);
+        tin
+    };
+    for (patch, group) in [(8, 4), (16, 4), (32, 2)] {
+        // Fixed rooms: equal draws are equal triangles.
+        let index_store = IndexStore::Fixed;
+        let options = Options { patch, group: Some(group), tolerance_px: 2.0, index_store, ..Default::default() };
+        let (mut walks, mut groups_drawn) = (tin(options), 0);
+        let (mut plan, mut expected) = (FramePlan::default(), FramePlan::default());
+        for (frame, view) in RandomWalk::new(23, &dem).take(120).enumerate() {
+            walks.plan(&view, &mut plan);
+            if frame % 10 == 0 {
+                tin(options).plan(&view, &mut expected);
+                assert_eq!(plan.draws, expected.draws, "{options:?}, frame {frame}");
+            }
+            let patches = 189u32.div_ceil(patch) * 246u32.div_ceil(patch);
+            groups_drawn += (plan.draws.len() < patches as usize) as u32;
+        }
+        assert!(groups_drawn > 60, "{options:?}: groups in {groups_drawn} of 120 frames");
+    }
+}
+
 #[test]
 fn both_index_stores_keep_the_contract_and_draw_the_same_triangles() {
     let dem = Arc::new(synthetic::generate(190, 247, 7));
@@ -228,8 +257,8 @@ fn assert_within_the_tolerance(dem: &Arc<Heightmap>, options: Options, frames: u
 fn the_bounded_selector_keeps_the_tolerance_in_every_frame() {
     let dem = Arc::new(synthetic::generate(190, 247, 7));
     let sizes = [(0.25, 32, 2), (1.0, 8, 4), (1.0, 8, 1), (1.0, 32, 2), (2.0, 64, 1), (4.0, 16, 4), (16.0, 8, 4)];
-    for (tolerance_px, patch, group) in sizes {
-        let options = Options { tolerance_px, patch, group: Some(group), ..Default::default() };
+    for ((tolerance_px, patch, group), blocks) in sizes.into_iter().flat_map(|size| [(size, false), (size, true)]) {
+        let options = Options { tolerance_px, patch, group: Some(group), blocks, ..Default::default() };
         assert_within_the_tolerance(&dem, options, 150);
     }
 }

@@ -70,7 +70,7 @@ impl Flight {
     }
 }
 
-/// 100 m above the ground, to the east and a little to the south, from a tenth of the width on.
+/// 100 m above the ground, east by south and a little to the south, from a tenth of the width on.
 fn view(dem: &Heightmap, flown_m: f64) -> View {
     let [width_m, depth_m] = dem.extent_m();
     let [x, z] = [(0.1 * width_m + flown_m * 0.96) % width_m, (0.4 * depth_m + flown_m * 0.28) % depth_m];

@@ -1,4 +1,5 @@
-//! Figures of the bounded mesh: the map's build, triangles, the largest error, and the time of a whole DEM.
+//! Figures of the bounded mesh: the maps' build, triangles and draws, the largest error, and the times of a whole DEM, of
+//! a flight and of a teleport.
 //!
 //! `cargo bench -p tin-lod --bench bounded [-- path/to/dem.png spacing scale]`; without arguments the Puget Sound DEM
 //! that lies beside the project on some machines, or else synthetic terrain of the same size.
@@ -34,9 +35,15 @@ fn main() {
     for tolerance_px in [0.5, 1.0, 2.0] {
         view_dependent(&whole, tolerance_px);
     }
-    sizes::compare(&dem, &[(32, 1), (32, 2), (16, 1), (16, 2), (16, 4)]);
-    let of = |patch, group| Options { patch, group: Some(group), ..Default::default() };
-    let settings = [("patch 32", of(32, 1)), ("patch 32 group 2", of(32, 2)), ("patch 16 group 4", of(16, 4))];
+    sizes::compare(&dem, &[(32, 1), (32, 2), (16, 4)]);
+    let of = |patch, group, blocks| Options { patch, group: Some(group), blocks, ..Default::default() };
+    let settings = [
+        ("patch 32", of(32, 1, false)),
+        ("patch 32 blocks", of(32, 1, true)),
+        ("patch 32 group 2", of(32, 2, false)),
+        ("patch 32 group 2 blocks", of(32, 2, true)),
+        ("patch 16 group 4 blocks", of(16, 4, true)),
+    ];
     let dem = Arc::new(dem);
     flight::teleport(&dem, &settings);
     flight::compare(&dem, &settings);
@@ -107,7 +114,7 @@ fn uniform(whole: &WholeDem, tolerance_m: f64) {
 /// The whole DEM without culling, on one thread.
 fn view_dependent(whole: &WholeDem, tolerance_px: f64) {
     let view = view(&whole.dem);
-    let (leveled, mut mesh) = (whole.of_view(&view, tolerance_px), Mesh::default());
+    let (leveled, mut mesh) = (whole.of_view(&view, tolerance_px, false), Mesh::default());
     let mut indices = Vec::new();
     let [select_ms, unchecked_ms, whole_ms] = medians_ms(FRAMES, cpu_ms, |way| match way {
         0 => select(whole, &leveled, |_, _| {}),

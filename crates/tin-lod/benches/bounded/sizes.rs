@@ -12,16 +12,15 @@ pub fn compare(dem: &Heightmap, sizes: &[(u32, u32)]) {
         for tolerance_px in [0.5, 1.0, 2.0] {
             println!("{place} {tolerance_px} px");
             let view = view(dem, at, above_m);
-            for ((patch, group), whole) in sizes.iter().zip(&wholes) {
-                let (leveled, mut mesh) = (whole.of_view(&view, tolerance_px), Mesh::default());
+            let ways = sizes.iter().zip(&wholes).flat_map(|way| [false, true].map(|blocks| (way, blocks)));
+            for (((patch, group), whole), blocks) in ways {
+                let (leveled, mut mesh) = (whole.of_view(&view, tolerance_px, blocks), Mesh::default());
                 whole.triangulate(&leveled, &mut mesh);
                 let bound = whole.bound(&leveled, &whole.triangles(&mesh), Some(&view));
                 let triangles = mesh.indices.len() / 3;
                 let share = bound.worst_px / tolerance_px;
-                println!(
-                    "  patch {patch:2} group {group}: {triangles:6} triangles, {:4} draws, {share:.4}",
-                    mesh.nodes
-                );
+                let name = format!("patch {patch} group {group}{}", if blocks { " blocks" } else { "" });
+                println!("  {name:24} {triangles:6} triangles, {:4} draws, {share:.4} of the tolerance", mesh.nodes);
             }
         }
     }

@@ -9,6 +9,7 @@ use terrain_core::watertight::WatertightOracle;
 use terrain_core::{Camera, Heightmap, Lens, SplitMix64, View};
 use terrain_dem::synthetic;
 use tin_lod::ladder::{self, Level};
+use tin_lod::levels::NodeLevels;
 use tin_lod::{NodeId, Owners, PatchGrid, ThresholdMap};
 use whole_dem::{Bound, Leveled, Mesh, WholeDem};
 
@@ -58,7 +59,8 @@ fn every_level_is_sound_on_synthetic_terrain_in_patches_of_all_sizes() {
     }
 }
 
-/// Levels between 3 cm and 480 m, one a node, as unlike each other as can be; groups and patches by lot.
+/// Levels between 3 cm and 480 m, one a node or, in a third of the patches, one a block, as unlike each other as can be;
+/// groups and patches by lot.
 fn random(whole: &WholeDem, random: &mut SplitMix64) -> Leveled {
     let nodes = whole.maps.nodes();
     let mut owners = Owners::roots(nodes);
@@ -68,7 +70,11 @@ fn random(whole: &WholeDem, random: &mut SplitMix64) -> Leveled {
             nodes.members(node).for_each(|member| owners.give(nodes, member));
         }
     }
-    let levels = (0..nodes.len()).map(|_| ladder::level_of(random.range(-5.0, 8.9).exp2())).collect();
+    let mut level = || ladder::level_of(random.range(-5.0, 8.9).exp2());
+    let mut levels: Vec<_> = (0..nodes.len()).map(|_| NodeLevels::Uniform(level())).collect();
+    for patch in levels.iter_mut().take(nodes.patches().patches() as usize).step_by(3) {
+        *patch = NodeLevels::Blocks([(); 8].map(|_| [(); 8].map(|_| level())));
+    }
     Leveled { owners, levels }
 }
 
@@ -118,7 +124,11 @@ fn heights_beyond_all_measure_end_in_a_watertight_mesh() {
     for level in [0, 100, 254] {
         let mut mesh = Mesh::default();
         let mut leveled = self::random(&whole, &mut random);
-        leveled.levels.iter_mut().enumerate().for_each(|(i, of_node)| *of_node = level / (1 + i as u8 % 2));
+        leveled
+            .levels
+            .iter_mut()
+            .enumerate()
+            .for_each(|(i, of_node)| *of_node = NodeLevels::Uniform(level / (1 + i as u8 % 2)));
         whole.triangulate(&leveled, &mut mesh);
         let found = WatertightOracle::new(50, 50).check(&whole.triangles(&mesh), &[]);
         assert!(found.covers(50, 50), "{found:?}");
@@ -158,8 +168,10 @@ fn the_tolerance_in_pixels_is_a_bound() {
         let whole = WholeDem::new(dem, 16, 4);
         for (place, above_m) in [([0.5, 0.5], 100.0), ([0.02, 0.02], 100.0), ([0.5, 0.5], 20_000.0)] {
             let view = view(&whole.dem, place, above_m);
-            for tolerance_px in [0.25, 0.5, 1.0, 2.0, 4.0] {
-                let (_, bound) = check(&whole, &whole.of_view(&view, tolerance_px), Some(&view));
+            for (tolerance_px, blocks) in
+                [0.25, 0.5, 1.0, 2.0, 4.0].into_iter().flat_map(|px| [(px, false), (px, true)])
+            {
+                let (_, bound) = check(&whole, &whole.of_view(&view, tolerance_px, blocks), Some(&view));
                 assert!(bound.worst_px <= tolerance_px * ORACLE_ROUNDING, "{} px", bound.worst_px);
             }
         }
@@ -171,7 +183,7 @@ fn puget_sound_at_one_pixel_needs_a_twentieth_of_its_triangles() {
     let Some(dem) = terrain::shared("ps_1025") else { return };
     let whole = WholeDem::new(dem, 32, 1);
     let view = view(&whole.dem, [0.5, 0.5], 100.0);
-    let (mesh, bound) = check(&whole, &whole.of_view(&view, 1.0), Some(&view));
+    let (mesh, bound) = check(&whole, &whole.of_view(&view, 1.0, false), Some(&view));
     let triangles = mesh.indices.len() / 3;
     assert!(triangles <= 105_000, "{triangles} triangles of 2,097,152");
     assert!(bound.worst_px <= 1.0, "{} px", bound.worst_px);

@@ -3,19 +3,22 @@
 use terrain_core::error::ErrorOracle;
 use terrain_core::{Heightmap, Sample, Triangle, View};
 use tin_lod::ladder::{self, Level};
+use tin_lod::levels::{Boxes, NodeLevels};
 use tin_lod::{BoundedMesher, Cut, NodeId, NodeMaps, Nodes, Owners, Repair, Selection};
 
 /// A DEM and its threshold maps.
 pub struct WholeDem {
     pub dem: Heightmap,
     pub maps: NodeMaps,
+    /// Without those of blocks, and with.
+    boxes: [Boxes; 2],
 }
 
 /// What a mesh consists of, and at which levels.
 #[derive(Clone)]
 pub struct Leveled {
     pub owners: Owners,
-    pub levels: Vec<Level>,
+    pub levels: Vec<NodeLevels>,
 }
 
 /// Triangles of all nodes.
@@ -27,7 +30,7 @@ pub struct Mesh {
     pub nodes_repaired: u32,
 }
 
-/// Deviations of all samples, against the tolerances of their nodes.
+/// Deviations of all samples, against the tolerances of their nodes and blocks.
 pub struct Bound {
     /// Samples above the tolerance of one of their nodes, without slack.
     pub above: u64,
@@ -41,7 +44,8 @@ impl WholeDem {
     /// With groups of up to `group` x `group` patches.
     pub fn new(dem: Heightmap, patch: u32, group: u32) -> Self {
         let maps = NodeMaps::build(&dem, Nodes::new(&dem, patch, group));
-        Self { dem, maps }
+        let boxes = [false, true].map(|blocks| Boxes::new(&dem, maps.nodes(), blocks));
+        Self { dem, maps, boxes }
     }
 
     fn nodes(&self) -> &Nodes {
@@ -50,19 +54,15 @@ impl WholeDem {
 
     /// The roots, all at one level.
     pub fn uniform(&self, level: Level) -> Leveled {
-        Leveled { owners: Owners::roots(self.nodes()), levels: vec![level; self.nodes().len()] }
+        Leveled { owners: Owners::roots(self.nodes()), levels: vec![NodeLevels::Uniform(level); self.nodes().len()] }
     }
 
-    /// The level of each node for a view (its tolerance at the point of its box that is nearest to the eye), and of
-    /// each group and its members what costs less.
-    pub fn of_view(&self, view: &View, tolerance_px: f64) -> Leveled {
+    /// The levels of all nodes for a view, with blocks near the eye or without, and of each group and its members what
+    /// costs less.
+    pub fn of_view(&self, view: &View, tolerance_px: f64, blocks: bool) -> Leveled {
         let (nodes, mut owners) = (self.nodes(), Owners::roots(self.nodes()));
-        let level = |node| {
-            let area = nodes.area(node);
-            let distance_m = view.distance_m(&self.dem.bounds_world(area.first, area.last()));
-            ladder::level_of(view.metres(tolerance_px, distance_m))
-        };
-        let levels: Vec<Level> = (0..nodes.len() as NodeId).map(level).collect();
+        let levels = |node| self.boxes[blocks as usize].levels(node, view, tolerance_px);
+        let levels: Vec<NodeLevels> = (0..nodes.len() as NodeId).map(levels).collect();
         let mut chosen = Vec::new();
         for root in nodes.roots() {
             self.maps.cut(root, &levels, &mut chosen);
@@ -112,13 +112,15 @@ impl WholeDem {
         oracle.set_mesh(triangles);
         let mut bound = Bound { above: 0, worst: 0.0, worst_px: 0.0 };
         for node in self.nodes_of(leveled) {
-            let (area, tolerance_m) = (self.nodes().area(node), ladder::tolerance_m(leveled.levels[node as usize]));
+            let (area, levels) = (self.nodes().area(node), leveled.levels[node as usize]);
             for row in area.first.row..=area.last().row {
                 for column in area.first.column..=area.last().column {
                     let at = Sample { column, row };
                     let deviation_m = oracle.deviations_m()[self.dem.index(at) as usize] as f64;
                     assert!(!deviation_m.is_nan(), "{at:?} is not covered");
                     if deviation_m > 0.0 {
+                        let level = levels.at(area, column - area.first.column, row - area.first.row);
+                        let tolerance_m = ladder::tolerance_m(level);
                         bound.above += (deviation_m > tolerance_m) as u64;
                         bound.worst = bound.worst.max(deviation_m / tolerance_m);
                         let px = |v: &View| v.pixels(deviation_m, v.eye_world.distance(self.dem.world(at).into()));

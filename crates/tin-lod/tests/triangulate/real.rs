@@ -2,7 +2,8 @@
 
 use terrain_core::{Heightmap, SplitMix64};
 use tin_lod::algorithm1::{select_edge, select_interior};
-use tin_lod::ladder::{self, Level};
+use tin_lod::ladder;
+use tin_lod::levels::NodeLevels;
 use tin_lod::{Border, Cut, NodeMaps, Owners, PatchGrid, Selection};
 
 use super::patches::Patch;
@@ -26,7 +27,8 @@ pub fn algorithm1(dem: &Heightmap, grid: &PatchGrid, tolerance_m: f64, mut visit
 /// and patches by lot, before any repair. Returns how many there are.
 pub fn bounded(dem: &Heightmap, maps: &NodeMaps, seed: u64, mut visit: impl FnMut(&Patch)) -> u32 {
     let (mut random, nodes) = (SplitMix64::new(seed), maps.nodes());
-    let levels: Vec<Level> = (0..nodes.len()).map(|_| ladder::level_of(random.range(-4.4, 10.0).exp2())).collect();
+    let level = |_| NodeLevels::Uniform(ladder::level_of(random.range(-4.4, 10.0).exp2()));
+    let levels: Vec<NodeLevels> = (0..nodes.len()).map(level).collect();
     let mut owners = Owners::roots(nodes);
     for root in nodes.roots().filter(|_| random.below(2) == 0) {
         nodes.members(root).for_each(|member| owners.give(nodes, member));
