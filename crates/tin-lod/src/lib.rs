@@ -48,6 +48,7 @@ mod selection;
 mod smoothing;
 mod threshold_map;
 mod triangulate;
+mod uniform;
 mod vertices;
 mod worker;
 
@@ -75,3 +76,4 @@ pub use select::{Border, Mask};
 pub use selection::Selection;
 pub use threshold_map::ThresholdMap;
 pub use triangulate::{Jitter, KeptSamples, Triangulator};
+pub use uniform::mesh_at_tolerance;

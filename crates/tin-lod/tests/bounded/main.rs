@@ -5,12 +5,13 @@ mod whole_dem;
 
 use std::sync::Mutex;
 
+use terrain_core::error::ErrorOracle;
 use terrain_core::watertight::WatertightOracle;
-use terrain_core::{Camera, Heightmap, Lens, SplitMix64, View};
+use terrain_core::{Camera, Heightmap, Lens, Sample, SplitMix64, Triangle, View};
 use terrain_dem::synthetic;
 use tin_lod::ladder::{self, Level};
 use tin_lod::levels::NodeLevels;
-use tin_lod::{NodeId, Owners, PatchGrid, ThresholdMap};
+use tin_lod::{NodeId, Owners, PatchGrid, ThresholdMap, mesh_at_tolerance};
 use whole_dem::{Bound, Leveled, Mesh, WholeDem};
 
 /// The oracle's deviations are f32: it may see a deviation at the limit a ten-millionth above it. No other slack.
@@ -187,4 +188,24 @@ fn puget_sound_at_one_pixel_needs_a_twentieth_of_its_triangles() {
     let triangles = mesh.indices.len() / 3;
     assert!(triangles <= 105_000, "{triangles} triangles of 2,097,152");
     assert!(bound.worst_px <= 1.0, "{} px", bound.worst_px);
+}
+
+/// The shortest way in: no camera, no patches to be seen.
+#[test]
+fn a_mesh_at_one_tolerance_covers_the_dem_and_keeps_the_tolerance() {
+    for (columns, rows) in [(2, 2), (130, 97), (65, 200)] {
+        let dem = synthetic::generate(columns, rows, 5);
+        for tolerance_m in [0.0, 1.0, 20.0, 1e9] {
+            let triangle = |corners: &[u32; 3]| {
+                let samples = corners.map(|i| Sample { column: i % columns, row: i / columns });
+                Triangle { samples, heights_m: samples.map(|sample| dem.height_m(sample)) }
+            };
+            let triangles: Vec<Triangle> = mesh_at_tolerance(&dem, tolerance_m).iter().map(triangle).collect();
+            assert!(WatertightOracle::new(columns, rows).check(&triangles, &[]).covers(columns, rows));
+            let mut oracle = ErrorOracle::new(&dem);
+            oracle.set_mesh(&triangles);
+            let worst_m = oracle.deviations_m().iter().fold(0.0, |worst: f32, deviation| worst.max(*deviation));
+            assert!(f64::from(worst_m) <= tolerance_m * ORACLE_ROUNDING, "{worst_m} for {tolerance_m} m");
+        }
+    }
 }
