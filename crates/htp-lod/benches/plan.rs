@@ -31,6 +31,12 @@ fn main() {
     for metric in [LevelMetric::Distance, LevelMetric::Box] {
         times(&dem, Options { metric, ..bounded });
     }
+    growth(if name == "synthetic" { 265_000 } else { in_view(&dem) });
+}
+
+fn in_view(dem: &Arc<Heightmap>) -> u64 {
+    let mut method = Htp::new(dem.clone(), Options::bounded()).unwrap();
+    FrameStats::of(&plan(&mut method, &view(dem, 0.0, 0.0))).triangles
 }
 
 fn open() -> (String, Arc<Heightmap>) {
@@ -98,6 +104,22 @@ fn draws(dem: &Arc<Heightmap>) {
             plan(&mut Htp::new(dem.clone(), options).unwrap(), &view(dem, 0.0, 0.0)).draws.len()
         });
         println!("draws k {k}: {} per patch, {} merged cells, {} instanced", draws[0], draws[1], draws[2]);
+    }
+}
+
+/// The same visible triangles on DEMs of growing size: tolerances found by bisection.
+fn growth(triangles: u64) {
+    for side in [1025, 2049, 4097] {
+        let dem = Arc::new(terrain_dem::synthetic::generate(side, side, 1));
+        let (mut low_px, mut high_px) = (1e-3_f64, 1e3_f64);
+        for _ in 0..12 {
+            let tolerance_px = (low_px * high_px).sqrt();
+            let mut method = Htp::new(dem.clone(), Options { tolerance_px, ..Options::bounded() }).unwrap();
+            let found = FrameStats::of(&plan(&mut method, &view(&dem, 0.0, 0.0))).triangles;
+            (low_px, high_px) = if found > triangles { (tolerance_px, high_px) } else { (low_px, tolerance_px) };
+        }
+        print!("{side} x {side} at {high_px:.3} px: ");
+        times(&dem, Options { tolerance_px: high_px, ..Options::bounded() });
     }
 }
 

@@ -13,46 +13,39 @@
 //! enough; inside a level a list grows while it is worked off. The order of the list is fixed, and with it the result.
 
 use crate::border::{Border, BorderChild, sides_of};
+use crate::checks::{Checks, Verdicts};
 use crate::grid::{BOTH_HALVES, Grid, Half, Patch, Square};
 use crate::levels::Split;
-use crate::odometer::{NEVER, Odometer};
-use crate::rule::{Answer, Rule};
+use crate::odometer::Odometer;
+use crate::rule::Rule;
 
 /// The pass up the levels, and the decisions that it has made.
 pub(crate) struct Closure {
     border: Border,
-    /// Split patches of the level in work.
+    /// Split patches of the level in work that have coarser sides, or had.
     list: Vec<Patch>,
     checks: Checks,
-}
-
-/// Comparisons of a block's error with a distance. With the same wishes and the same answers the pass would take the
-/// same course.
-#[derive(Default)]
-struct Checks {
-    made: Vec<Check>,
-    deadlines_m: Vec<f64>,
-    soonest_m: f64,
-}
-
-struct Check {
-    square: Square,
-    /// In steps.
-    error: u16,
-    too_bad: bool,
+    verdicts: Verdicts,
 }
 
 impl Closure {
     pub fn new(grid: &Grid) -> Self {
-        Self { border: Border::new(grid), list: Vec::new(), checks: Checks::default() }
+        let (checks, verdicts) = (Checks::default(), Verdicts::default());
+        Self { border: Border::new(grid), list: Vec::new(), checks, verdicts }
+    }
+
+    /// Compares all anew in the next pass.
+    pub fn expire(&mut self) {
+        self.verdicts.forget();
     }
 
     /// Splits whatever is needed; repairs where there is a rule that knows errors.
     pub fn close(&mut self, grid: &Grid, split: &mut Split, rule: Option<(&Rule, &Odometer)>) {
         self.checks.clear();
+        self.verdicts.begin();
         for level in 1..=grid.top() {
             self.list.clear();
-            split.patches(grid, level, &mut self.list);
+            split.frontier(grid, level, &mut self.list);
             if level > 1 {
                 self.restrict(grid, split);
             }
@@ -82,12 +75,12 @@ impl Closure {
     }
 
     fn repair(&mut self, rule: &Rule, odometer: &Odometer, split: &mut Split) {
-        let Self { border, list, checks } = self;
+        let Self { border, list, checks, verdicts } = self;
         let mut next = 0;
         while let Some(parent) = list.get(next).copied() {
             next += 1;
             let mut coarser = split.coarser_sides(rule.grid, parent);
-            if coarser == 0 || checks.all_tolerable(rule, odometer, border, parent, coarser) {
+            if coarser == 0 || verdicts.all_fine(rule, odometer, border, parent, coarser, checks) {
                 continue;
             }
             for (child, patch) in border.touching(rule.grid, parent, coarser) {
@@ -144,49 +137,5 @@ impl Leaf {
             let worst = sides_of(mask).map(|side| side.bit()).min_by_key(|side| without(*side));
             mask &= !worst.expect("a mask without sides has no error");
         }
-    }
-}
-
-impl Checks {
-    fn clear(&mut self) {
-        self.made.clear();
-        self.deadlines_m.clear();
-        self.soonest_m = NEVER;
-    }
-
-    /// Whether all blocks along the coarser sides of a patch are fine even where the eye is nearest to the patch. Most
-    /// are, and this is one comparison for all of them.
-    fn all_tolerable(&mut self, rule: &Rule, odometer: &Odometer, border: &Border, parent: Patch, coarser: u8) -> bool {
-        let errors = border.children.iter().map(|child| rule.block_error(parent, child, coarser & child.touched));
-        let error = errors.max().unwrap_or(0);
-        let answer = rule.is_too_bad(rule.distance_m(parent.square), error);
-        self.push(odometer, parent.square, error, answer);
-        !answer.near
-    }
-
-    fn push(&mut self, odometer: &Odometer, square: Square, error: u16, answer: Answer) {
-        let deadline_m = odometer.deadline_m(answer.slack_m);
-        self.made.push(Check { square, error, too_bad: answer.near });
-        self.deadlines_m.push(deadline_m);
-        self.soonest_m = self.soonest_m.min(deadline_m);
-    }
-
-    /// Whether all answers are the same; looks again at those whose deadline has come.
-    fn still_hold(&mut self, rule: &Rule, odometer: &Odometer) -> bool {
-        if !odometer.has_passed(self.soonest_m) {
-            return true;
-        }
-        self.soonest_m = NEVER;
-        for (check, deadline_m) in self.made.iter().zip(&mut self.deadlines_m) {
-            if odometer.has_passed(*deadline_m) {
-                let answer = rule.is_too_bad(rule.distance_m(check.square), check.error);
-                if answer.near != check.too_bad {
-                    return false;
-                }
-                *deadline_m = odometer.deadline_m(answer.slack_m);
-            }
-            self.soonest_m = self.soonest_m.min(*deadline_m);
-        }
-        true
     }
 }

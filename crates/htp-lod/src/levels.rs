@@ -5,7 +5,7 @@
 
 use crate::blocks::Side;
 use crate::closure::Closure;
-use crate::grid::{Grid, Half, Patch, Square};
+use crate::grid::{BOTH_HALVES, Grid, Half, Patch, Square};
 use crate::odometer::Odometer;
 use crate::rule::Rule;
 use crate::wishes::Wishes;
@@ -32,13 +32,15 @@ impl Split {
         added
     }
 
-    /// Appends all patches of a level, square by square, row by row.
-    pub fn patches(&self, grid: &Grid, level: u32, list: &mut Vec<Patch>) {
-        let columns = grid.layers[level as usize].size[0] as usize;
-        for (row, bits) in self.0[level as usize].chunks(columns).enumerate() {
-            for (column, bits) in bits.iter().enumerate().filter(|(_, bits)| **bits != 0) {
+    /// Appends the patches of a level that have coarser sides, square by square, row by row.
+    pub fn frontier(&self, grid: &Grid, level: u32, list: &mut Vec<Patch>) {
+        let (bits, columns) = (&self.0[level as usize], grid.layers[level as usize].size[0] as usize);
+        for (row, line) in bits.chunks(columns).enumerate() {
+            for column in non_zero(line).filter(|column| !is_inside(bits, columns, row * columns + column)) {
                 let square = Square { level, column: column as u32, row: row as u32 };
-                list.extend(Half::BOTH.iter().filter(|half| bits & half.bit() != 0).map(|half| square.half(*half)));
+                let split = Half::BOTH.into_iter().filter(|half| line[column] & half.bit() != 0);
+                let patches = split.map(|half| square.half(half));
+                list.extend(patches.filter(|patch| self.coarser_sides(grid, *patch) != 0));
             }
         }
     }
@@ -50,6 +52,27 @@ impl Split {
         let coarser = |side: Side| beyond[side as usize].is_some_and(|index| bits[index] & other == 0);
         Side::ALL.into_iter().map(|side| side.bit() * coarser(side) as u8).sum()
     }
+}
+
+/// Whether all is split in a square, given by its position, and beyond its sides: most of what is split at all. Beyond
+/// the rim nothing is, so that squares along it may be told otherwise.
+fn is_inside(bits: &[u8], columns: usize, index: usize) -> bool {
+    let has = |index: Option<usize>, half: Half| {
+        index.and_then(|index| bits.get(index)).is_some_and(|bits| bits & half.bit() != 0)
+    };
+    bits[index] == BOTH_HALVES
+        && has(index.checked_sub(1), Half::SouthEast)
+        && has(index.checked_sub(columns), Half::SouthEast)
+        && has(Some(index + 1), Half::NorthWest)
+        && has(Some(index + columns), Half::NorthWest)
+}
+
+/// Positions of the bytes other than 0. On large DEMs nearly all are 0.
+fn non_zero(bytes: &[u8]) -> impl Iterator<Item = usize> {
+    const RUN: usize = 32;
+    let runs = bytes.chunks(RUN).enumerate().filter(|(_, run)| run.iter().fold(0, |all, byte| all | byte) != 0);
+    let positions = runs.flat_map(|(i, run)| (RUN * i..).zip(run));
+    positions.filter(|(_, byte)| **byte != 0).map(|(position, _)| position)
 }
 
 /// The split patches of the last view.
@@ -84,6 +107,7 @@ impl Levels {
         let all_anew = !self.odometer.advance(view);
         if all_anew {
             self.wishes.expire();
+            self.closure.expire();
         }
         if self.wishes.update(rule, &self.odometer) || all_anew || !self.closure.still_holds(rule, &self.odometer) {
             self.close(rule.grid, Some(rule));

@@ -35,6 +35,7 @@ mod blocks;
 mod border;
 mod cell_layout;
 mod cell_vertices;
+mod checks;
 mod closure;
 mod deviation;
 mod errors;

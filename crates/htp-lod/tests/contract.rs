@@ -3,7 +3,7 @@
 
 mod seen;
 
-use htp_lod::{Batching, Htp, Options};
+use htp_lod::{Batching, Htp, LevelMetric, Options};
 use seen::{ALL_LISTS, LISTS_BY_DISTANCE};
 use std::sync::Arc;
 use terrain_core::{Heightmap, LodMethod, contract};
@@ -25,6 +25,27 @@ fn check(heightmap: Heightmap, options: Options, frames: u32, lists: usize) {
         };
         contract::check(&heightmap, build, seed, frames);
     }
+}
+
+/// By error, with tolerances at which all layers and nearly all lists are in sight on DEMs as small as these.
+#[test]
+fn levels_by_error() {
+    let by_error = |k: u32, layers: u32, tolerance_px: f64| Options {
+        k,
+        layers,
+        metric: LevelMetric::Error,
+        tolerance_px,
+        ..Options::default()
+    };
+    check(terrain(97, 70, [30.0, 25.0]), by_error(2, 5, 60.0), 80, ALL_LISTS);
+    check(terrain(134, 115, [30.0, 25.0]), by_error(3, 3, 6.0), 80, ALL_LISTS);
+    check(terrain(97, 130, [30.0, 25.0]), by_error(4, 2, 16.0), 80, 6);
+}
+
+#[test]
+fn levels_by_box() {
+    let options = Options { metric: LevelMetric::Box, ..options(3, 3, 30.0) };
+    check(terrain(193, 250, [30.0, 25.0]), options, 30, LISTS_BY_DISTANCE);
 }
 
 fn options(k: u32, layers: u32, leg_px: f64) -> Options {
