@@ -64,8 +64,9 @@ fn read(name: &str, input: Input, sidecar: Sidecar, options: &ReadOptions) -> Re
     if facts.samples.bytes() == 1 && !options.allow_8_bit {
         facts.warnings.push("8 bits a sample: the 256 heights show as steps".to_owned());
     }
+    let range_m = decoded.range_m;
     let (heights_m, mask) = settle_voids(&mut facts, meaning, decoded, options.voids)?;
-    warn_of_range(&mut facts.warnings, meaning, &heights_m);
+    warn_of_range(&mut facts.warnings, meaning, range_m);
 
     let heightmap = Heightmap::new(facts.columns, facts.rows, spacing_m, heights_m).map_err(|e| e.to_string())?;
     let reading = Reading {
@@ -131,12 +132,15 @@ fn settle_voids(
     decoded: Decoded,
     policy: VoidPolicy,
 ) -> Result<(Vec<f32>, Option<VoidMask>), String> {
-    let Decoded { mut heights_m, absurd, undeclared } = decoded;
-    let Some(mask) = VoidMask::of(facts.columns, &heights_m) else { return Ok((heights_m, None)) };
-    let (count, all) = (mask.count(), facts.count());
-    if count == all {
+    let Decoded { mut heights_m, found, absurd, undeclared, .. } = decoded;
+    let all = facts.count();
+    if found == all {
+        return Ok((heights_m, None));
+    }
+    if found == 0 {
         return Err(format!("none of its {all} samples has a height; expected some: mend --nodata, or fetch it again"));
     }
+    let (mask, count) = (VoidMask::of(facts.columns, &heights_m), all - found);
     let mut found = format!("{count} of {all} samples ({:.3} %) are voids", count as f64 / all as f64 * 100.0);
     if undeclared > 0 {
         found += &format!(", {undeclared} of them {UNDECLARED}, which the file does not declare");
@@ -152,8 +156,7 @@ fn settle_voids(
     Ok((heights_m, Some(mask)))
 }
 
-fn warn_of_range(warnings: &mut Vec<String>, meaning: Meaning, heights_m: &[f32]) {
-    let (low, high) = heights_m.iter().fold((f32::INFINITY, f32::NEG_INFINITY), |(l, h), m| (l.min(*m), h.max(*m)));
+fn warn_of_range(warnings: &mut Vec<String>, meaning: Meaning, [low, high]: [f32; 2]) {
     let suspect_m = (SUSPECT * meaning.scale + meaning.offset_m) as f32;
     if low == suspect_m {
         warnings.push(format!("the lowest samples are {SUSPECT}: if these are voids, say --nodata {SUSPECT}"));

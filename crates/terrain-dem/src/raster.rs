@@ -97,23 +97,6 @@ pub struct Meaning {
 /// Values this far from 0 are leftovers of a void (such as -3.4e38), whatever their unit.
 pub const ABSURD: f64 = 1e30;
 
-impl Meaning {
-    fn height_m(&self, value: f64) -> Result<f32, Void> {
-        if self.nodata == Some(value) {
-            return Err(Void::Declared);
-        }
-        if value.is_nan() || value.abs() >= ABSURD {
-            return Err(Void::Absurd);
-        }
-        if self.undeclared == Some(value) {
-            return Err(Void::Undeclared);
-        }
-        // The sum would lose the sign of -0.
-        let is_plain = self.scale == 1.0 && self.offset_m == 0.0;
-        Ok(if is_plain { value } else { value * self.scale + self.offset_m } as f32)
-    }
-}
-
 /// Why a sample has no height.
 #[derive(Clone, Copy)]
 enum Void {
@@ -122,13 +105,54 @@ enum Void {
     Undeclared,
 }
 
+/// As [`Meaning`], with NaN for what is not there: no value equals it, and that is all a comparison needs.
+struct Rule {
+    scale: f64,
+    offset_m: f64,
+    is_plain: bool,
+    nodata: f64,
+    undeclared: f64,
+}
+
+impl Rule {
+    fn of(meaning: Meaning) -> Self {
+        let Meaning { scale, offset_m, nodata, undeclared } = meaning;
+        // The sum would lose the sign of -0.
+        let is_plain = scale == 1.0 && offset_m == 0.0;
+        Self {
+            scale,
+            offset_m,
+            is_plain,
+            nodata: nodata.unwrap_or(f64::NAN),
+            undeclared: undeclared.unwrap_or(f64::NAN),
+        }
+    }
+
+    fn height_m(&self, value: f64) -> Result<f32, Void> {
+        if value == self.nodata {
+            return Err(Void::Declared);
+        }
+        if value == self.undeclared {
+            return Err(Void::Undeclared);
+        }
+        let height_m = if self.is_plain { value } else { value * self.scale + self.offset_m } as f32;
+        // A scale can carry a finite value beyond f32.
+        if value.is_nan() || value.abs() >= ABSURD || !height_m.is_finite() {
+            return Err(Void::Absurd);
+        }
+        Ok(height_m)
+    }
+}
+
 /// The heights in metres as they are decoded; NaN at voids.
 pub struct Heights {
     columns: u32,
     rows: u32,
     south_up: bool,
-    meaning: Meaning,
+    rule: Rule,
     heights_m: Vec<f32>,
+    found: u64,
+    range_m: [f32; 2],
     voids: [u64; 3],
 }
 
@@ -136,6 +160,10 @@ pub struct Heights {
 #[derive(Debug)]
 pub struct Decoded {
     pub heights_m: Vec<f32>,
+    /// Samples that have a height.
+    pub found: u64,
+    /// The lowest and the highest of them.
+    pub range_m: [f32; 2],
     /// NaN, infinities, and values beyond [`ABSURD`].
     pub absurd: u64,
     /// Samples of the value [`Meaning::undeclared`].
@@ -145,7 +173,16 @@ pub struct Decoded {
 impl Heights {
     pub fn new(facts: &Facts, meaning: Meaning) -> Self {
         let Facts { columns, rows, south_up, .. } = *facts;
-        Self { columns, rows, south_up, meaning, heights_m: vec![f32::NAN; facts.count() as usize], voids: [0; 3] }
+        Self {
+            columns,
+            rows,
+            south_up,
+            rule: Rule::of(meaning),
+            heights_m: vec![f32::NAN; facts.count() as usize],
+            found: 0,
+            range_m: [f32::INFINITY, f32::NEG_INFINITY],
+            voids: [0; 3],
+        }
     }
 
     /// Puts values into a row of the file, from a column on; what is over at its end is dropped.
@@ -153,21 +190,24 @@ impl Heights {
         let row = if self.south_up { self.rows - 1 - row } else { row };
         let start = row as usize * self.columns as usize;
         let target = &mut self.heights_m[start + column as usize..start + self.columns as usize];
-        for (height_m, value) in target.iter_mut().zip(values) {
-            *height_m = self.meaning.height_m(value).unwrap_or_else(|void| {
-                self.voids[void as usize] += 1;
-                f32::NAN
-            });
+        let ([mut low, mut high], mut found) = (self.range_m, 0);
+        for (target, value) in target.iter_mut().zip(values) {
+            match self.rule.height_m(value) {
+                Ok(height_m) => {
+                    *target = height_m;
+                    (low, high) = (low.min(height_m), high.max(height_m));
+                    found += 1;
+                }
+                // It is NaN already.
+                Err(void) => self.voids[void as usize] += 1,
+            }
         }
+        self.range_m = [low, high];
+        self.found += found;
     }
 
-    pub fn finish(mut self) -> Decoded {
-        // A scale can carry a finite value beyond f32.
-        for height_m in self.heights_m.iter_mut().filter(|height_m| height_m.is_infinite()) {
-            *height_m = f32::NAN;
-            self.voids[Void::Absurd as usize] += 1;
-        }
+    pub fn finish(self) -> Decoded {
         let [_, absurd, undeclared] = self.voids;
-        Decoded { heights_m: self.heights_m, absurd, undeclared }
+        Decoded { heights_m: self.heights_m, found: self.found, range_m: self.range_m, absurd, undeclared }
     }
 }

@@ -9,16 +9,13 @@ pub struct VoidMask {
 }
 
 impl VoidMask {
-    /// The samples that are NaN; `None` where none is.
-    pub(crate) fn of(columns: u32, heights_m: &[f32]) -> Option<Self> {
+    /// The samples that are NaN.
+    pub(crate) fn of(columns: u32, heights_m: &[f32]) -> Self {
         let count = heights_m.iter().filter(|height_m| height_m.is_nan()).count() as u64;
-        if count == 0 {
-            return None;
-        }
         let word = |chunk: &[f32]| {
             chunk.iter().enumerate().fold(0, |word, (bit, height_m)| word | u64::from(height_m.is_nan()) << bit)
         };
-        Some(Self { columns, count, bits: heights_m.chunks(64).map(word).collect() })
+        Self { columns, count, bits: heights_m.chunks(64).map(word).collect() }
     }
 
     /// How many samples are voids.
@@ -235,7 +232,7 @@ mod tests {
     const NAN: f32 = f32::NAN;
 
     fn filled(columns: u32, mut heights_m: Vec<f32>) -> Vec<f32> {
-        let mask = VoidMask::of(columns, &heights_m).unwrap();
+        let mask = VoidMask::of(columns, &heights_m);
         let rows = heights_m.len() as u32 / columns;
         fill(&mask, rows, &mut heights_m);
         heights_m
@@ -253,9 +250,9 @@ mod tests {
     }
 
     #[test]
-    fn no_voids_no_mask_and_all_others_stay() {
-        assert_eq!(VoidMask::of(2, &[1.0, -0.0, 3.0, 4.0]), None);
-        let mask = VoidMask::of(2, &[1.0, NAN, 3.0, 4.0]).unwrap();
+    fn only_voids_are_marked_and_filled() {
+        assert_eq!(VoidMask::of(2, &[1.0, -0.0, 3.0, 4.0]).count(), 0);
+        let mask = VoidMask::of(2, &[1.0, NAN, 3.0, 4.0]);
         assert!(mask.count() == 1 && mask.is_void(1, 0) && !mask.is_void(0, 1));
         assert_eq!(filled(2, vec![1.0, NAN, 3.0, 3.0]), [1.0, 2.0, 3.0, 3.0]);
     }
@@ -296,7 +293,7 @@ mod tests {
                     *height_m = NAN;
                 }
             }
-            let Some(mask) = VoidMask::of(columns as u32, &heights_m) else { continue };
+            let mask = VoidMask::of(columns as u32, &heights_m);
             let full = filled(columns as u32, heights_m.clone());
             assert_eq!(full, filled(columns as u32, heights_m.clone()), "seed {seed}");
             let holes = Holes { mask: &mask, columns, rows };
