@@ -23,9 +23,10 @@ struct Forwarded {
 }
 
 /// One table instead of forwarding whatever comes: a typing error must not cost a release build.
-const FORWARDED: [Forwarded; 3] = [
+const FORWARDED: [Forwarded; 4] = [
     Forwarded { name: "bench", summary: "fly a DEM with every method, print the comparison", draws: true },
     Forwarded { name: "mesh", summary: "write the mesh of one frame as PLY", draws: false },
+    Forwarded { name: "dem", summary: "say what an elevation file holds: dem info FILE", draws: false },
     Forwarded { name: "adapters", summary: "list the graphics adapters", draws: false },
 ];
 

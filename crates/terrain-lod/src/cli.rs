@@ -5,10 +5,10 @@ use std::path::PathBuf;
 
 use clap::builder::TypedValueParser;
 use clap::{Args, Parser, Subcommand, ValueEnum};
-use terrain_dem::ReadOptions;
 use terrain_renderer::{AdapterChoice, Colour, Look, Normals, Submission};
 
 use crate::choices::{EdgePolicyName, IndexStoreName, ScheduleName, SelectorName, TriangulatorName};
+use crate::dem_args::{DemArgs, DemToolArgs};
 use crate::methods::MethodName;
 use crate::suite::{FRAMES, PIXELS, REPEATS, SIDE_PX};
 
@@ -25,7 +25,9 @@ Examples:
   cargo xtask bench
   cargo xtask bench --dem my.png --spacing 30 --scale 0.1 --flight fly-over --tolerance 0.5,1,2
   cargo xtask bench --dem synthetic:513x513:7 --methods tin,full-grid --no-gpu --out results/try
+  cargo xtask bench --dem my.tif --voids error --unit foot
   cargo xtask bench --suite smoke --dry-run
+  cargo xtask dem info N44W122.hgt
   cargo xtask mesh --dem my.png --spacing 30 --method tin --tolerance 1 --flight turn --frame 40 --out mesh.ply
 
 Exit codes: 0 ok, 1 failure, 2 usage, 4 bad input data, 5 GPU or adapter, 6 I/O, 130 interrupted";
@@ -38,40 +40,10 @@ pub enum Command {
     /// Write the mesh of one frame, of the whole DEM, as binary PLY
     #[command(after_help = EXAMPLES)]
     Mesh(MeshArgs),
+    /// Look at elevation files
+    Dem(DemToolArgs),
     /// List the graphics adapters, * marks the one that is taken; exit code 5 where none would be
     Adapters(AdapterArgs),
-}
-
-/// Where the heights come from.
-#[derive(Clone, Debug, Args)]
-pub struct DemArgs {
-    /// A 16-bit greyscale PNG, a built-in DEM (jacksboro), or synthetic:COLUMNSxROWS:SEED
-    #[arg(long, value_name = "FILE")]
-    pub dem: Option<String>,
-    /// Metres between samples: one number, or x and z apart (instead of the sidecar's)
-    #[arg(long, value_name = "M[,M]", value_parser = parse_spacing)]
-    pub spacing: Option<[f64; 2]>,
-    /// Metres for one step of the file's values (instead of the sidecar's)
-    #[arg(long, value_name = "M", value_parser = parse_finite, allow_hyphen_values = true)]
-    pub scale: Option<f64>,
-    /// Height in metres of the value 0 (instead of the sidecar's)
-    #[arg(long, value_name = "M", value_parser = parse_finite, allow_hyphen_values = true)]
-    pub offset: Option<f64>,
-    /// Accept 8-bit PNGs, whose steps are coarse
-    #[arg(long)]
-    pub allow_8_bit: bool,
-}
-
-impl DemArgs {
-    pub fn read_options(&self) -> ReadOptions {
-        ReadOptions {
-            spacing_m: self.spacing,
-            scale: self.scale,
-            offset_m: self.offset,
-            allow_8_bit: self.allow_8_bit,
-            ..ReadOptions::default()
-        }
-    }
 }
 
 /// Settings that each method takes from what it knows.
@@ -304,7 +276,7 @@ pub struct MeshArgs {
     pub out: PathBuf,
 }
 
-fn parse_finite(text: &str) -> Result<f64, String> {
+pub fn parse_finite(text: &str) -> Result<f64, String> {
     match text.trim().parse::<f64>() {
         Ok(number) if number.is_finite() => Ok(number),
         _ => Err("expected a finite number".into()),
@@ -324,7 +296,7 @@ fn within(range: RangeInclusive<u32>) -> impl TypedValueParser<Value = u32> {
     clap::value_parser!(u32).range(*range.start() as i64..=*range.end() as i64)
 }
 
-fn parse_spacing(text: &str) -> Result<[f64; 2], String> {
+pub fn parse_spacing(text: &str) -> Result<[f64; 2], String> {
     let numbers: Result<Vec<f64>, String> = text.split(',').map(parse_positive).collect();
     match numbers.as_deref() {
         Ok([both]) => Ok([*both; 2]),

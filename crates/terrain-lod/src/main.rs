@@ -4,6 +4,8 @@ mod attempt;
 mod bench;
 mod choices;
 mod cli;
+mod dem;
+mod dem_args;
 mod dry_run;
 mod error_pass;
 mod fault;
@@ -40,6 +42,7 @@ fn main() -> ExitCode {
     let result = match &cli.command {
         Command::Bench(args) => bench::run(args),
         Command::Mesh(args) => mesh::run(args),
+        Command::Dem(args) => dem::run(args),
         Command::Adapters(args) => list_adapters(args),
     };
     match result {
@@ -58,7 +61,7 @@ fn refuse(error: &clap::Error) -> ExitCode {
         return ExitCode::SUCCESS;
     }
     if error.kind() == ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand {
-        eprintln!("error: no command; expected bench, mesh or adapters; --help has examples");
+        eprintln!("error: no command; expected bench, mesh, adapters or dem info; --help has examples");
         return ExitCode::from(Cause::Usage as u8);
     }
     let text = error.to_string();

@@ -12,6 +12,7 @@ use terrain_renderer::{Look, Submission};
 
 use crate::choices::{EdgePolicyName, IndexStoreName, ScheduleName, SelectorName, TriangulatorName};
 use crate::cli::{BenchArgs, MethodArgs};
+use crate::dem;
 use crate::fault::{Cause, Fault};
 use crate::maps::Maps;
 use crate::methods::{MethodName, Run, Settings};
@@ -322,7 +323,7 @@ impl Bench {
         suite.validate().map_err(refuse)?;
         let runs = suite.runs()?;
         let flight = open_flight(&suite.flight)?;
-        let dem = terrain_dem::open(&suite.dem, read)?;
+        let dem = dem::open(&suite.dem, read)?;
         let frames = suite.frames.unwrap_or_else(|| flight.default_frames());
         let path = FlightPath::new(&flight, &dem.heightmap, frames)?;
         Ok(Self {

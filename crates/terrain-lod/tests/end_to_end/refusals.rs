@@ -42,7 +42,7 @@ fn every_refusal_is_one_line_with_its_exit_code() {
     let place = wrong_files();
     let cases: [(&[&str], i32, &str); 22] = [
         (&["--dem", "none.png"], 4, "error: none.png: no such file; expected an elevation file (GeoTIFF"),
-        (&["--dem", "text.png", "--spacing", "30"], 4, "error: text.png: not a PNG"),
+        (&["--dem", "text.png", "--spacing", "30"], 4, "error: text.png: of no known format (starts with"),
         (&["--dem", "synthetic:1x9:7"], 4, "error: synthetic:1x9:7: no synthetic terrain; expected"),
         (&["--methods", "tin,roam"], 2, "error: invalid value 'roam' for '--methods"),
         (
@@ -112,7 +112,7 @@ fn a_suite_keeps_the_ranges_of_the_flags() {
 #[test]
 fn a_call_without_a_command_says_what_there_is() {
     let place = wrong_files();
-    let expected = "error: no command; expected bench, mesh or adapters; --help has examples";
+    let expected = "error: no command; expected bench, mesh, adapters or dem info; --help has examples";
     assert_eq!(refuse(place.path(), &[]), (2, expected.to_string()));
 }
 

@@ -1,0 +1,181 @@
+//! The part of the command line that is about elevation files.
+
+use clap::{Args, Subcommand, ValueEnum};
+use terrain_dem::{ColourCode, HeightUnit, RawLayout, ReadOptions, VoidPolicy};
+
+use crate::cli::{parse_finite, parse_spacing};
+
+/// Where the heights come from.
+#[derive(Clone, Debug, Args)]
+pub struct DemArgs {
+    /// An elevation file (GeoTIFF, PNG, .hgt, .asc, .bil, .flt, PGM, .npy), a built-in DEM (jacksboro), or
+    /// synthetic:COLUMNSxROWS:SEED
+    #[arg(long, value_name = "FILE")]
+    pub dem: Option<String>,
+    #[command(flatten)]
+    pub read: ReadArgs,
+}
+
+/// What the user says about a file; it wins over the sidecar, and that over the file itself.
+#[derive(Clone, Debug, Args)]
+pub struct ReadArgs {
+    /// Metres between samples: one number, or x and z apart
+    #[arg(long, value_name = "M[,M]", value_parser = parse_spacing)]
+    pub spacing: Option<[f64; 2]>,
+    /// Metres for one step of the file's values
+    #[arg(long, value_name = "M", value_parser = parse_finite, allow_hyphen_values = true)]
+    pub scale: Option<f64>,
+    /// Height in metres of the value 0
+    #[arg(long, value_name = "M", value_parser = parse_finite, allow_hyphen_values = true)]
+    pub offset: Option<f64>,
+    /// Accept 8-bit PNGs and PGMs, whose steps are coarse
+    #[arg(long)]
+    pub allow_8_bit: bool,
+    /// The file's value that stands for no height
+    #[arg(long, value_name = "VALUE", allow_hyphen_values = true)]
+    pub nodata: Option<f64>,
+    /// The unit of the file's heights
+    #[arg(long, value_name = "UNIT")]
+    pub unit: Option<UnitName>,
+    /// Which band to read, from 1 [default: the first]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    pub band: Option<u32>,
+    /// What becomes of samples without a height [default: fill]
+    #[arg(long)]
+    pub voids: Option<VoidsName>,
+    /// The most samples to load [default and most: 536870912]
+    #[arg(long, value_name = "N")]
+    pub max_samples: Option<u64>,
+    /// How a colour PNG packs its heights
+    #[arg(long, value_name = "CODE")]
+    pub png_colours: Option<ColoursName>,
+    /// The layout of a file without a header, such as 513x513:uint16 or 100x80:float32be
+    #[arg(long, value_name = "WxH:TYPE", value_parser = parse_raw)]
+    pub raw: Option<RawLayout>,
+}
+
+impl DemArgs {
+    pub fn read_options(&self) -> ReadOptions {
+        self.read.options()
+    }
+}
+
+impl ReadArgs {
+    pub fn options(&self) -> ReadOptions {
+        ReadOptions {
+            spacing_m: self.spacing,
+            scale: self.scale,
+            offset_m: self.offset,
+            allow_8_bit: self.allow_8_bit,
+            nodata: self.nodata,
+            unit: self.unit.map(HeightUnit::from),
+            band: self.band,
+            voids: self.voids.map(VoidPolicy::from).unwrap_or_default(),
+            max_samples: self.max_samples,
+            colours: self.png_colours.map(ColourCode::from),
+            raw: self.raw,
+        }
+    }
+}
+
+/// Units of height.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum UnitName {
+    /// 1 m
+    Metre,
+    /// International, 0.3048 m
+    Foot,
+    /// US survey foot, 1200/3937 m
+    UsFoot,
+    /// 0.1 m
+    Decimetre,
+    /// 0.01 m
+    Centimetre,
+}
+
+impl From<UnitName> for HeightUnit {
+    fn from(name: UnitName) -> Self {
+        match name {
+            UnitName::Metre => Self::Metre,
+            UnitName::Foot => Self::Foot,
+            UnitName::UsFoot => Self::UsFoot,
+            UnitName::Decimetre => Self::Decimetre,
+            UnitName::Centimetre => Self::Centimetre,
+        }
+    }
+}
+
+/// What becomes of voids.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum VoidsName {
+    /// Smooth heights from their rim
+    Fill,
+    /// Refuse the file
+    Error,
+}
+
+impl From<VoidsName> for VoidPolicy {
+    fn from(name: VoidsName) -> Self {
+        match name {
+            VoidsName::Fill => Self::Fill,
+            VoidsName::Error => Self::Error,
+        }
+    }
+}
+
+/// How colours make a height.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum ColoursName {
+    /// Terrarium tiles
+    Terrarium,
+    /// Mapbox terrain-RGB
+    Mapbox,
+}
+
+impl From<ColoursName> for ColourCode {
+    fn from(name: ColoursName) -> Self {
+        match name {
+            ColoursName::Terrarium => Self::Terrarium,
+            ColoursName::Mapbox => Self::Mapbox,
+        }
+    }
+}
+
+#[derive(Debug, Args)]
+pub struct DemToolArgs {
+    #[command(subcommand)]
+    pub command: DemCommand,
+}
+
+#[derive(Debug, Subcommand)]
+pub enum DemCommand {
+    /// Say what a file holds, and what would be loaded of it
+    Info(InfoArgs),
+}
+
+#[derive(Debug, Args)]
+pub struct InfoArgs {
+    /// The file, a built-in DEM (jacksboro), or synthetic:COLUMNSxROWS:SEED
+    #[arg(value_name = "FILE")]
+    pub dem: String,
+    #[command(flatten)]
+    pub read: ReadArgs,
+    /// For a person or for a program
+    #[arg(long, default_value = "text")]
+    pub format: FormatName,
+}
+
+/// How a command answers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum FormatName {
+    /// Lines
+    Text,
+    /// One object
+    Json,
+}
+
+fn parse_raw(text: &str) -> Result<RawLayout, String> {
+    let expected =
+        "expected COLUMNSxROWS:TYPE with a type such as uint16, int16, float32, and `be` at its end for big-endian";
+    RawLayout::parse(text).ok_or_else(|| expected.into())
+}

@@ -1,0 +1,46 @@
+//! Elevation files of other formats than PNG: what is said of them, and that methods fly over them.
+
+use crate::program::{bench, shared_dem, terrain_lod};
+
+/// 4 x 3 heights, one of them a void.
+const GRID: &str = "ncols 4\nnrows 3\nxllcorner 500000\nyllcorner 4000000\ncellsize 30\nNODATA_value -9999\n\
+                    1 2 3 4\n5 -9999 7 8\n9 10 11 12\n";
+
+#[test]
+fn info_says_what_a_file_holds_and_what_is_wrong_with_it() {
+    let place = tempfile::tempdir().unwrap();
+    std::fs::write(place.path().join("a.asc"), GRID).unwrap();
+    let text = terrain_lod(place.path(), &["dem", "info", "a.asc"]);
+    let expected = "a.asc
+  format   ESRI ASCII grid, text
+  CRS      not said
+  size     4 x 3 samples, 0.1 x 0.1 km
+  spacing  30 x 30 m (by the file: 30 x 30 m)
+  heights  1 to 12 m (unit not said, taken as metres; 1 m a step, 0 m at 0)
+  voids    1 (declared: -9999)
+  warning  1 of 12 samples (8.333 %) are voids: filled from their rim
+";
+    assert_eq!(String::from_utf8(text.stdout).unwrap(), expected);
+
+    let json = terrain_lod(place.path(), &["dem", "info", "a.asc", "--unit", "foot", "--format", "json"]);
+    let json: serde_json::Value = serde_json::from_slice(&json.stdout).unwrap();
+    assert_eq!((&json["columns"], &json["voids"], &json["unit"]), (&4.into(), &1.into(), &"foot".into()));
+    assert_eq!(json["spacing_m"], serde_json::json!([30.0, 30.0]));
+
+    let refused = terrain_lod(place.path(), &["dem", "info", "a.asc", "--voids", "error"]);
+    let said = String::from_utf8(refused.stderr).unwrap();
+    assert_eq!(said, "error: a.asc: 1 of 12 samples (8.333 %) are voids; expected none, or --voids fill\n");
+    assert_eq!(refused.status.code(), Some(4));
+}
+
+#[test]
+fn real_files_fly_without_a_crack() {
+    for name in ["bigtujunga.tif", "N44W122.hgt"] {
+        let Some(path) = shared_dem(name) else { continue };
+        let rows = bench(&["--dem", path.to_str().unwrap(), "--frames", "3"]);
+        assert!(rows.len() >= 3, "{name}");
+        for row in rows {
+            assert_eq!(row["cracks"], "0", "{name}: {}", row["method"]);
+        }
+    }
+}
