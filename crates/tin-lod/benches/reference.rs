@@ -28,10 +28,13 @@ use greedy::Greedy;
 use terrain_core::Heightmap;
 use terrain_core::error::ErrorOracle;
 use tin_lod::algorithm1::{select_edge, select_interior};
+use tin_lod::levels::NodeLevels;
 use tin_lod::{Border, EdgeId, KeptSamples, Mask, PatchGrid, PatchId, Triangulator, ladder};
 use whole_dem::{Mesh, WholeDem};
 
 const PATCH: u32 = 32;
+/// The default for that patch.
+const GROUP: u32 = 2;
 /// The default of [`tin_lod::Options::max_spacing`].
 const MAX_SPACING: u32 = PATCH / 2;
 const TOLERANCES_M: [f64; 6] = [128.0, 64.0, 32.0, 16.0, 8.0, 4.0];
@@ -51,13 +54,14 @@ fn main() {
 }
 
 fn compare(name: &str, dem: Heightmap) {
-    let whole = WholeDem::new(dem, PATCH, 1);
+    let whole = WholeDem::new(dem, PATCH, GROUP);
     println!("\n{name}: {} x {} samples, patch {PATCH}", whole.dem.columns(), whole.dem.rows());
     let (mut reference, mut algorithm1) = (Greedy::new(&whole.dem), Algorithm1::new(&whole));
     for tolerance_m in TOLERANCES_M {
         let level = ladder::level_of(tolerance_m);
         let (mut mesh, rung_m) = (Mesh::default(), ladder::tolerance_m(level));
-        whole.triangulate(&whole.uniform(level), &mut mesh);
+        let levels = vec![NodeLevels::Uniform(level); whole.maps.nodes().len()];
+        whole.triangulate(&whole.best_cut(levels), &mut mesh);
         let bounded = Measured::of(&whole, &mesh);
         reference.refine(rung_m);
         compare_with_reference(&whole, rung_m, bounded, reference.triangle_count());

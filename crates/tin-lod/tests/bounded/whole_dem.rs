@@ -60,10 +60,13 @@ impl WholeDem {
     /// The levels of all nodes for a view, with blocks near the eye or without, and of each group and its members what
     /// costs less.
     pub fn of_view(&self, view: &View, tolerance_px: f64, blocks: bool) -> Leveled {
-        let (nodes, mut owners) = (self.nodes(), Owners::roots(self.nodes()));
         let levels = |node| self.boxes[blocks as usize].levels(node, view, tolerance_px);
-        let levels: Vec<NodeLevels> = (0..nodes.len() as NodeId).map(levels).collect();
-        let mut chosen = Vec::new();
+        self.best_cut((0..self.nodes().len() as NodeId).map(levels).collect())
+    }
+
+    /// Of each group and its members what costs less.
+    pub fn best_cut(&self, levels: Vec<NodeLevels>) -> Leveled {
+        let (nodes, mut owners, mut chosen) = (self.nodes(), Owners::roots(self.nodes()), Vec::new());
         for root in nodes.roots() {
             self.maps.cut(root, &levels, &mut chosen);
         }
