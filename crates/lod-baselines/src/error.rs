@@ -18,3 +18,17 @@ pub(crate) fn check_tolerance(tolerance_px: f64) -> Result<(), BaselineError> {
     let usable = tolerance_px > 0.0 && tolerance_px.is_finite();
     if usable { Ok(()) } else { Err(BaselineError::Tolerance(tolerance_px)) }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn unusable_tolerances_are_refused_in_one_line() {
+        assert_eq!(check_tolerance(0.5), Ok(()));
+        for tolerance_px in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+            let refused = check_tolerance(tolerance_px).unwrap_err().to_string();
+            assert_eq!(refused, format!("tolerance of {tolerance_px} px: expected a finite number above 0"));
+        }
+    }
+}
