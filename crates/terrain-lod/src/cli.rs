@@ -10,7 +10,7 @@ use terrain_renderer::{AdapterChoice, Colour, Look, Normals, Submission};
 use crate::choices::{EdgePolicyName, IndexStoreName, ScheduleName, SelectorName, TriangulatorName};
 use crate::dem_args::{DemArgs, DemToolArgs};
 use crate::methods::MethodName;
-use crate::suite::{FRAMES, PIXELS, REPEATS, SIDE_PX};
+use crate::suite::{FRAMES, PIXELS, REPEATS, SIDE_PX, STEPS};
 
 /// Flies terrain level-of-detail methods over elevation data and compares them.
 #[derive(Debug, Parser)]
@@ -176,7 +176,7 @@ pub struct BenchArgs {
     /// Methods to compare
     #[arg(long, value_delimiter = ',', value_name = "NAMES")]
     pub methods: Option<Vec<MethodName>>,
-    /// Allowed screen-space errors in pixels: tin's setting, and everyone's yardstick
+    /// Allowed screen-space errors in pixels: the setting of tin, rqt and geomipmap, and everyone's yardstick
     #[arg(long, value_delimiter = ',', value_name = "PX", value_parser = parse_pixels)]
     pub tolerance: Option<Vec<f64>>,
     /// tin: which samples are kept [default: the suite's, or else bounded]
@@ -194,6 +194,9 @@ pub struct BenchArgs {
     /// htp: longest screen lengths of a triangle's leg in pixels
     #[arg(long, value_delimiter = ',', value_name = "PX", value_parser = parse_pixels)]
     pub leg_px: Option<Vec<f64>>,
+    /// decimated: grid intervals between the rows and columns that are kept [default: the suite's, or else 2,4,8]
+    #[arg(long, value_delimiter = ',', value_name = "N", value_parser = within(STEPS))]
+    pub step: Option<Vec<u32>>,
     #[command(flatten)]
     pub method: MethodArgs,
     /// Width and height of the picture in pixels
@@ -242,7 +245,7 @@ pub struct MeshArgs {
     /// The method that makes the mesh
     #[arg(long, value_name = "NAME")]
     pub method: MethodName,
-    /// tin: allowed screen-space error in pixels [default: 1]
+    /// tin, rqt, geomipmap: allowed screen-space error in pixels [default: 1]
     #[arg(long, value_name = "PX", value_parser = parse_pixels)]
     pub tolerance: Option<f64>,
     /// tin: which samples are kept [default: bounded]
@@ -257,6 +260,9 @@ pub struct MeshArgs {
     /// htp: longest screen length of a triangle's leg in pixels [default: 8]
     #[arg(long, value_name = "PX", value_parser = parse_pixels)]
     pub leg_px: Option<f64>,
+    /// decimated: grid intervals between the rows and columns that are kept
+    #[arg(long, value_name = "N", default_value = "2", value_parser = within(STEPS))]
+    pub step: u32,
     #[command(flatten)]
     pub settings: MethodArgs,
     /// A flight in data/flights, or a TOML file [default: ground-level]

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use clap::ValueEnum;
 use htp_lod::{Batching, Htp};
-use lod_baselines::FullGrid;
+use lod_baselines::{Decimated, FullGrid, Geomipmap, Rqt};
 use serde::{Deserialize, Serialize};
 use terrain_core::{Heightmap, LodMethod};
 use tin_lod::{Nodes, Tin};
@@ -25,6 +25,12 @@ pub enum MethodName {
     HtpInstanced,
     /// Every sample in one draw: the reference
     FullGrid,
+    /// Every n-th row and column in one draw
+    Decimated,
+    /// Restricted quadtree by longest-edge bisection (Lindstrom and Pascucci 2002)
+    Rqt,
+    /// Blocks at levels of detail (de Boer 2000)
+    Geomipmap,
 }
 
 impl MethodName {
@@ -35,6 +41,9 @@ impl MethodName {
             Self::Htp => "htp",
             Self::HtpInstanced => "htp-instanced",
             Self::FullGrid => "full-grid",
+            Self::Decimated => "decimated",
+            Self::Rqt => "rqt",
+            Self::Geomipmap => "geomipmap",
         }
     }
 }
@@ -42,7 +51,7 @@ impl MethodName {
 /// Settings of one run; each method takes those that it knows.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Settings {
-    /// tin: the error in pixels that steers its selection.
+    /// tin, rqt, geomipmap: the error in pixels that steers their selection.
     pub tolerance_px: f64,
     /// tin: side of a patch in grid intervals.
     pub patch: u32,
@@ -72,6 +81,8 @@ pub struct Settings {
     pub k: u32,
     /// htp: number of layers.
     pub layers: u32,
+    /// decimated: grid intervals between the columns, and the rows, that are kept.
+    pub step: u32,
     /// Threads that a method may plan on.
     pub threads: usize,
 }
@@ -87,11 +98,15 @@ impl Run {
     /// Makes the method for a DEM. What it needs of the threshold maps and does not find there it computes itself.
     pub fn build(&self, heightmap: &Arc<Heightmap>, maps: &Maps) -> Result<Box<dyn LodMethod>, Fault> {
         let heightmap = heightmap.clone();
+        let Settings { tolerance_px, step, .. } = self.settings;
         let method: Box<dyn LodMethod> = match self.method {
             MethodName::Tin => self.build_tin(heightmap, maps)?,
             MethodName::Htp => self.build_htp(heightmap, Batching::PerPatch)?,
             MethodName::HtpInstanced => self.build_htp(heightmap, Batching::Instanced)?,
             MethodName::FullGrid => Box::new(FullGrid::new(&heightmap)),
+            MethodName::Decimated => Box::new(Decimated::new(&heightmap, step).map_err(Fault::usage)?),
+            MethodName::Rqt => Box::new(Rqt::new(&heightmap, tolerance_px).map_err(Fault::usage)?),
+            MethodName::Geomipmap => Box::new(Geomipmap::new(&heightmap, tolerance_px).map_err(Fault::usage)?),
         };
         debug_assert!(self.method.as_str().starts_with(method.name()));
         Ok(method)
@@ -103,7 +118,8 @@ impl Run {
             MethodName::Tin => self.tin_options().validate().map_err(Fault::usage),
             MethodName::Htp => self.htp_options(Batching::PerPatch).validate().map_err(Fault::usage),
             MethodName::HtpInstanced => self.htp_options(Batching::Instanced).validate().map_err(Fault::usage),
-            MethodName::FullGrid => Ok(()),
+            // The suite keeps steps and tolerances within their ranges.
+            MethodName::FullGrid | MethodName::Decimated | MethodName::Rqt | MethodName::Geomipmap => Ok(()),
         }
     }
 
@@ -164,12 +180,12 @@ impl Run {
 
     /// Whether the tolerance in pixels is a setting of this method. To the others it is a yardstick only.
     pub fn takes_tolerance(&self) -> bool {
-        self.method == MethodName::Tin
+        matches!(self.method, MethodName::Tin | MethodName::Rqt | MethodName::Geomipmap)
     }
 
     /// What the column `setting` says, by the names of the flags; the tolerance has a column of its own.
     pub fn setting(&self) -> String {
-        let Settings { patch, max_spacing, jitter, smoothing, leg_px, k, layers, .. } = self.settings;
+        let Settings { patch, max_spacing, jitter, smoothing, leg_px, k, layers, step, .. } = self.settings;
         match self.method {
             MethodName::Tin => {
                 let of_selector = match self.settings.selector {
@@ -192,6 +208,8 @@ impl Run {
                 format!("metric=distance leg-px={leg_px} k={k} layers={layers}")
             }
             MethodName::FullGrid => "step=1".into(),
+            MethodName::Decimated => format!("step={step}"),
+            MethodName::Rqt | MethodName::Geomipmap => String::new(),
         }
     }
 
@@ -202,7 +220,7 @@ impl Run {
 
     /// A short unique name for files: letters, digits, dots and dashes.
     pub fn file_stem(&self) -> String {
-        let Settings { tolerance_px, patch, leg_px, k, layers, .. } = self.settings;
+        let Settings { tolerance_px, patch, leg_px, k, layers, step, .. } = self.settings;
         let name = self.method.as_str();
         match self.method {
             MethodName::Tin => {
@@ -212,6 +230,8 @@ impl Run {
             }
             MethodName::Htp | MethodName::HtpInstanced => format!("{name}-leg{leg_px}px-k{k}-l{layers}"),
             MethodName::FullGrid => name.into(),
+            MethodName::Decimated => format!("{name}-step{step}"),
+            MethodName::Rqt | MethodName::Geomipmap => format!("{name}-{tolerance_px}px"),
         }
     }
 }

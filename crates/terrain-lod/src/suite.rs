@@ -6,7 +6,7 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 use terrain_core::flight;
 use terrain_core::source::SourceText;
-use terrain_core::{Flight, FlightPath, View};
+use terrain_core::{Flight, FlightPath, Heightmap, View};
 use terrain_dem::{Dem, ReadOptions};
 use terrain_renderer::{Look, Submission};
 
@@ -30,6 +30,8 @@ pub const PIXELS: RangeInclusive<f64> = 1e-6..=1e6;
 pub const SIDE_PX: RangeInclusive<u32> = 1..=16_384;
 /// Frames of one flight.
 pub const FRAMES: RangeInclusive<u32> = 1..=1_000_000;
+/// Grid intervals between the rows that decimation keeps.
+pub const STEPS: RangeInclusive<u32> = 1..=Heightmap::MAX_SIDE;
 /// Flights of the speed pass.
 pub const REPEATS: RangeInclusive<u32> = 1..=1_000;
 /// Threads of a method.
@@ -55,6 +57,8 @@ pub struct Suite {
     pub patch: Vec<u32>,
     /// As `--leg-px`.
     pub leg_px: Vec<f64>,
+    /// As `--step`.
+    pub step: Vec<u32>,
     /// As `--max-spacing`.
     pub max_spacing: Option<u32>,
     /// As `--group`.
@@ -101,6 +105,7 @@ impl Default for Suite {
             selector: vec![SelectorName::default()],
             patch: vec![32],
             leg_px: vec![8.0],
+            step: vec![2, 4, 8],
             max_spacing: None,
             group: None,
             blocks: true,
@@ -148,6 +153,7 @@ impl Suite {
         override_with(&mut suite.leg_px, &args.leg_px);
         override_with(&mut suite.schedule, &args.schedule);
         override_with(&mut suite.triangulator, &args.triangulator);
+        override_with(&mut suite.step, &args.step);
         override_with(&mut suite.size_px, &args.size);
         override_with(&mut suite.repeats, &args.repeats);
         suite.frames = args.frames.or(suite.frames);
@@ -185,6 +191,7 @@ impl Suite {
             ("methods", self.methods.len()),
             ("selector", self.selector.len()),
             ("patch", self.patch.len()),
+            ("step", self.step.len()),
             ("schedule", self.schedule.len()),
             ("triangulator", self.triangulator.len()),
         ];
@@ -193,6 +200,7 @@ impl Suite {
         }
         pixels("tolerance_px", &self.tolerance_px)?;
         pixels("leg_px", &self.leg_px)?;
+        self.step.iter().try_for_each(|step| within("step", *step, STEPS))?;
         within("size_px", self.size_px[0], SIDE_PX)?;
         within("size_px", self.size_px[1], SIDE_PX)?;
         within("frames", self.frames.unwrap_or(1), FRAMES)?;
@@ -224,7 +232,8 @@ impl Suite {
         let all = with_each(all, &self.triangulator, |settings, name| settings.triangulator = name);
         let all = with_each(all, &self.schedule, |settings, schedule| settings.schedule = schedule);
         let all = with_each(all, &self.patch, |settings, patch| settings.patch = patch);
-        let mut all = with_each(all, &self.leg_px, |settings, px| settings.leg_px = px);
+        let all = with_each(all, &self.leg_px, |settings, px| settings.leg_px = px);
+        let mut all = with_each(all, &self.step, |settings, step| settings.step = step);
         // The bounded selector knows one triangulator. The others of a list are for algorithm 1.
         let has_grid = self.triangulator.contains(&TriangulatorName::Grid);
         let fits = |s: &Settings| s.selector != SelectorName::Bounded || s.triangulator == TriangulatorName::Grid;
@@ -250,6 +259,7 @@ impl Suite {
             leg_px: self.leg_px[0],
             k: self.k,
             layers: self.layers,
+            step: self.step[0],
             threads: self.threads.into(),
         }
     }

@@ -6,7 +6,7 @@ mod seen;
 use std::sync::Arc;
 
 use htp_lod::{Batching, Htp};
-use lod_baselines::FullGrid;
+use lod_baselines::{Decimated, FullGrid, Geomipmap, Rqt};
 use terrain_core::{Heightmap, LodMethod, contract};
 use terrain_dem::synthetic;
 use tin_lod::{Selector, Tin};
@@ -71,4 +71,19 @@ fn htp_instanced_with_all_matching_blocks() {
 #[test]
 fn full_grid() {
     walk(|heightmap, _| Box::new(FullGrid::new(heightmap)));
+}
+
+#[test]
+fn decimated() {
+    walk(|heightmap, _| Box::new(Decimated::new(heightmap, 4).unwrap()));
+}
+
+#[test]
+fn rqt() {
+    walk(|heightmap, _| Box::new(Rqt::new(heightmap, 1.0).unwrap()));
+}
+
+#[test]
+fn geomipmap() {
+    walk(|heightmap, _| Box::new(Geomipmap::new(heightmap, 8.0).unwrap()));
 }

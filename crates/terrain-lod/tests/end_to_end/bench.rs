@@ -7,18 +7,28 @@ use crate::program::{Row, bench, shared_dem, terrain_lod};
 const METHODS: [&str; 5] = ["tin", "tin", "htp", "htp-instanced", "full-grid"];
 const FLIGHTS: [&str; 4] = ["ground-level", "fly-over", "turn", "stop-and-go"];
 
-/// Flies all four flights with all methods; no frame may have a crack, and a bound is a bound.
+/// What `--methods decimated,rqt,geomipmap` flies: decimation by 2, 4 and 8.
+const BASELINES: [&str; 5] = ["decimated", "decimated", "decimated", "rqt", "geomipmap"];
+
+/// Flies all four flights with the methods of the quick suite, and with the baselines.
 fn flies_without_cracks(dem: &[&str], frames: &str) {
     for flight in FLIGHTS {
-        let rows = bench(&[dem, &["--flight", flight, "--frames", frames]].concat());
-        let methods: Vec<&str> = rows.iter().map(|row| row["method"].as_str()).collect();
-        assert_eq!(methods, METHODS, "{dem:?} {flight}");
-        for row in rows {
-            assert_eq!((row["cracks"].as_str(), row["err"].as_str()), ("0", ""), "{dem:?} {flight}: {row:?}");
-            if row["setting"].contains("selector=bounded") {
-                let [error_px, tolerance_px] = ["error_px_max", "tolerance_px"].map(|c| row[c].parse::<f64>().unwrap());
-                assert!(error_px <= 1.001 * tolerance_px, "{dem:?} {flight}: no bound: {row:?}");
-            }
+        let arguments = [dem, &["--flight", flight, "--frames", frames]].concat();
+        check_rows(&arguments, &METHODS);
+        check_rows(&[&arguments[..], &["--methods", "decimated,rqt,geomipmap"]].concat(), &BASELINES);
+    }
+}
+
+/// No frame may have a crack, and a bound is a bound.
+fn check_rows(arguments: &[&str], expected: &[&str]) {
+    let rows = bench(arguments);
+    let methods: Vec<&str> = rows.iter().map(|row| row["method"].as_str()).collect();
+    assert_eq!(methods, expected, "{arguments:?}");
+    for row in rows {
+        assert_eq!((row["cracks"].as_str(), row["err"].as_str()), ("0", ""), "{arguments:?}: {row:?}");
+        if row["setting"].contains("selector=bounded") || ["rqt", "geomipmap"].contains(&row["method"].as_str()) {
+            let [error_px, tolerance_px] = ["error_px_max", "tolerance_px"].map(|c| row[c].parse::<f64>().unwrap());
+            assert!(error_px <= 1.001 * tolerance_px, "{arguments:?}: no bound: {row:?}");
         }
     }
 }

@@ -94,6 +94,7 @@ fn a_suite_keeps_the_ranges_of_the_flags() {
     let cases = [
         ("methods = []", "methods is empty; expected at least one"),
         ("triangulator = []", "triangulator is empty; expected at least one"),
+        ("step = [2, 0]", "step = 0; expected 1 to 65535"),
         ("tolerance_px = []", "tolerance_px is empty; expected at least one"),
         ("tolerance_px = [1.0, nan]", "tolerance_px = NaN; expected 1e-6 to 1e6"),
         ("leg_px = [-1.0]", "leg_px = -1; expected 1e-6 to 1e6"),
