@@ -19,7 +19,8 @@
 //! within the tolerance at each of its samples.
 //!
 //! The height by which a vertex lifts the middle of its edge would be quicker to find, but it says only how far a mesh
-//! is from the next finer one, and bounds nothing: such steps add up over the levels.
+//! is from the next finer one: such steps add up over the levels. With it, nested in the same way, the error on Puget
+//! Sound is up to 2.07 times the tolerance, for 6 to 10 % fewer triangles (`examples/views.rs`, 1 px).
 //!
 //! Deviation: bounds are boxes where the paper has spheres (`hierarchy.rs` says why).
 //!

@@ -106,7 +106,7 @@ struct Layer {
     nodes: Vec<Node>,
 }
 
-/// All vertices over one DEM.
+/// All vertices over one DEM: 16 bytes a sample.
 pub(crate) struct Hierarchy {
     /// The DEM's last column and row.
     last: [i32; 2],
