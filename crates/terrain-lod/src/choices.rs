@@ -1,6 +1,7 @@
 //! The methods' choices by their names on the command line and in suites: the method crates know neither.
 
 use clap::ValueEnum;
+use htp_lod::{Batching, LevelMetric};
 use serde::{Deserialize, Serialize};
 use tin_lod::{EdgePolicy, IndexStore, Schedule, Selector, Triangulator};
 
@@ -103,6 +104,50 @@ impl From<IndexStoreName> for IndexStore {
         match name {
             IndexStoreName::Fixed => Self::Fixed,
             IndexStoreName::Packed => Self::Packed,
+        }
+    }
+}
+
+/// What decides which patches HTP splits.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum MetricName {
+    /// By distance, as in the paper: the leg of a triangle on the screen
+    Distance,
+    /// By the longest edge of the bounding box, the paper's alternative
+    Box,
+    /// By error: the tolerance is a bound
+    Error,
+}
+
+impl From<MetricName> for LevelMetric {
+    fn from(name: MetricName) -> Self {
+        match name {
+            MetricName::Distance => Self::Distance,
+            MetricName::Box => Self::Box,
+            MetricName::Error => Self::Error,
+        }
+    }
+}
+
+/// How HTP's visible patches become draws.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum BatchingName {
+    /// One draw a patch, as in the paper
+    PerPatch,
+    /// One draw a cell
+    MergedCell,
+    /// At most 7 instanced draws
+    Instanced,
+}
+
+impl From<BatchingName> for Batching {
+    fn from(name: BatchingName) -> Self {
+        match name {
+            BatchingName::PerPatch => Self::PerPatch,
+            BatchingName::MergedCell => Self::MergedCell,
+            BatchingName::Instanced => Self::Instanced,
         }
     }
 }

@@ -7,7 +7,9 @@ use clap::builder::TypedValueParser;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use terrain_renderer::{AdapterChoice, Colour, Look, Normals, Submission};
 
-use crate::choices::{EdgePolicyName, IndexStoreName, ScheduleName, SelectorName, TriangulatorName};
+use crate::choices::{
+    BatchingName, EdgePolicyName, IndexStoreName, MetricName, ScheduleName, SelectorName, TriangulatorName,
+};
 use crate::dem_args::{DemArgs, DemToolArgs};
 use crate::methods::MethodName;
 use crate::suite::{FRAMES, PIXELS, REPEATS, SIDE_PX, STEPS};
@@ -73,10 +75,16 @@ pub struct MethodArgs {
     /// tin: smooth the heights of selected samples inside patches; with algorithm1
     #[arg(long)]
     pub smoothing: bool,
-    /// htp: small triangles along the side of a patch [default: 3]
+    /// htp: what decides which patches are split [default: error where instanced, or else distance]
+    #[arg(long)]
+    pub metric: Option<MetricName>,
+    /// htp: how the visible patches become draws; htp-instanced is htp with instanced [default: per-patch]
+    #[arg(long)]
+    pub batching: Option<BatchingName>,
+    /// htp: small triangles along the side of a patch, 2 to 16 [default: 3]
     #[arg(long, value_name = "N")]
     pub k: Option<u32>,
-    /// htp: layers of the hierarchy, 1 to 6 [default: 3]
+    /// htp: layers of the hierarchy, 1 to 6 [default: 4 with the metric error, or else 3]
     #[arg(long, value_name = "N")]
     pub layers: Option<u32>,
     /// Threads that a method plans on; the result does not depend on it [default: 1]
@@ -176,7 +184,7 @@ pub struct BenchArgs {
     /// Methods to compare
     #[arg(long, value_delimiter = ',', value_name = "NAMES")]
     pub methods: Option<Vec<MethodName>>,
-    /// Allowed screen-space errors in pixels: the setting of tin, rqt and geomipmap, and everyone's yardstick
+    /// Allowed screen-space errors in pixels: a setting of tin, htp by error, rqt and geomipmap; everyone's yardstick
     #[arg(long, value_delimiter = ',', value_name = "PX", value_parser = parse_pixels)]
     pub tolerance: Option<Vec<f64>>,
     /// tin: which samples are kept [default: the suite's, or else bounded]
@@ -191,7 +199,7 @@ pub struct BenchArgs {
     /// tin: sides of a patch in grid intervals (8, 16, 32, 64)
     #[arg(long, value_delimiter = ',', value_name = "N")]
     pub patch: Option<Vec<u32>>,
-    /// htp: longest screen lengths of a triangle's leg in pixels
+    /// htp by distance or box: longest screen lengths of a triangle's leg in pixels
     #[arg(long, value_delimiter = ',', value_name = "PX", value_parser = parse_pixels)]
     pub leg_px: Option<Vec<f64>>,
     /// decimated: grid intervals between the rows and columns that are kept [default: the suite's, or else 2,4,8]
@@ -245,7 +253,7 @@ pub struct MeshArgs {
     /// The method that makes the mesh
     #[arg(long, value_name = "NAME")]
     pub method: MethodName,
-    /// tin, rqt, geomipmap: allowed screen-space error in pixels [default: 1]
+    /// tin, htp by error, rqt, geomipmap: allowed screen-space error in pixels [default: 1]
     #[arg(long, value_name = "PX", value_parser = parse_pixels)]
     pub tolerance: Option<f64>,
     /// tin: which samples are kept [default: bounded]
@@ -257,7 +265,7 @@ pub struct MeshArgs {
     /// tin: side of a patch in grid intervals (8, 16, 32, 64) [default: 32]
     #[arg(long, value_name = "N")]
     pub patch: Option<u32>,
-    /// htp: longest screen length of a triangle's leg in pixels [default: 8]
+    /// htp by distance or box: longest screen length of a triangle's leg in pixels [default: 8]
     #[arg(long, value_name = "PX", value_parser = parse_pixels)]
     pub leg_px: Option<f64>,
     /// decimated: grid intervals between the rows and columns that are kept

@@ -3,13 +3,15 @@
 use std::sync::Arc;
 
 use clap::ValueEnum;
-use htp_lod::{Batching, Htp};
+use htp_lod::Htp;
 use lod_baselines::{Decimated, FullGrid, Geomipmap, Rqt};
 use serde::{Deserialize, Serialize};
 use terrain_core::{Heightmap, LodMethod};
 use tin_lod::{Nodes, Tin};
 
-use crate::choices::{EdgePolicyName, IndexStoreName, ScheduleName, SelectorName, TriangulatorName, name_of};
+use crate::choices::{
+    BatchingName, EdgePolicyName, IndexStoreName, MetricName, ScheduleName, SelectorName, TriangulatorName, name_of,
+};
 use crate::fault::Fault;
 use crate::maps::Maps;
 
@@ -19,9 +21,9 @@ use crate::maps::Maps;
 pub enum MethodName {
     /// Runtime Delaunay patches (Bertilsson and Goswami 2016)
     Tin,
-    /// Hierarchical triangular patches, one draw a patch (after Lim and Choi 2008)
+    /// Hierarchical triangular patches (after Lim and Choi 2008)
     Htp,
-    /// The same patches in at most 7 instanced draws
+    /// The same with --batching instanced
     HtpInstanced,
     /// Every sample in one draw: the reference
     FullGrid,
@@ -51,7 +53,7 @@ impl MethodName {
 /// Settings of one run; each method takes those that it knows.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Settings {
-    /// tin, rqt, geomipmap: the error in pixels that steers their selection.
+    /// tin, rqt, geomipmap: the error in pixels that steers their selection; htp by error: its bound.
     pub tolerance_px: f64,
     /// tin: side of a patch in grid intervals.
     pub patch: u32,
@@ -75,12 +77,16 @@ pub struct Settings {
     pub jitter: Option<u32>,
     /// tin: whether heights of selected samples are smoothed.
     pub smoothing: bool,
-    /// htp: longest screen length of a triangle's leg in pixels.
+    /// htp: what decides which patches are split; by the batching without.
+    pub metric: Option<MetricName>,
+    /// htp: how patches become draws; per patch without.
+    pub batching: Option<BatchingName>,
+    /// htp by distance or box: longest screen length of a triangle's leg in pixels.
     pub leg_px: f64,
     /// htp: small triangles along a patch's side.
     pub k: u32,
-    /// htp: number of layers.
-    pub layers: u32,
+    /// htp: number of layers; by the metric without.
+    pub layers: Option<u32>,
     /// decimated: grid intervals between the columns, and the rows, that are kept.
     pub step: u32,
     /// Threads that a method may plan on.
@@ -101,8 +107,9 @@ impl Run {
         let Settings { tolerance_px, step, .. } = self.settings;
         let method: Box<dyn LodMethod> = match self.method {
             MethodName::Tin => self.build_tin(heightmap, maps)?,
-            MethodName::Htp => self.build_htp(heightmap, Batching::PerPatch)?,
-            MethodName::HtpInstanced => self.build_htp(heightmap, Batching::Instanced)?,
+            MethodName::Htp | MethodName::HtpInstanced => {
+                Box::new(Htp::new(heightmap, self.htp_options()).map_err(Fault::usage)?)
+            }
             MethodName::FullGrid => Box::new(FullGrid::new(&heightmap)),
             MethodName::Decimated => Box::new(Decimated::new(&heightmap, step).map_err(Fault::usage)?),
             MethodName::Rqt => Box::new(Rqt::new(&heightmap, tolerance_px).map_err(Fault::usage)?),
@@ -116,8 +123,7 @@ impl Run {
     pub fn validate(&self) -> Result<(), Fault> {
         match self.method {
             MethodName::Tin => self.tin_options().validate().map_err(Fault::usage),
-            MethodName::Htp => self.htp_options(Batching::PerPatch).validate().map_err(Fault::usage),
-            MethodName::HtpInstanced => self.htp_options(Batching::Instanced).validate().map_err(Fault::usage),
+            MethodName::Htp | MethodName::HtpInstanced => self.htp_options().validate().map_err(Fault::usage),
             // The suite keeps steps and tolerances within their ranges.
             MethodName::FullGrid | MethodName::Decimated | MethodName::Rqt | MethodName::Geomipmap => Ok(()),
         }
@@ -136,10 +142,6 @@ impl Run {
     pub fn nodes(&self, heightmap: &Heightmap) -> Option<Nodes> {
         let (options, bounded) = (self.tin_options(), self.settings.selector == SelectorName::Bounded);
         (self.method == MethodName::Tin && bounded).then(|| Nodes::new(heightmap, options.patch, options.group()))
-    }
-
-    fn build_htp(&self, heightmap: Arc<Heightmap>, batching: Batching) -> Result<Box<dyn LodMethod>, Fault> {
-        Ok(Box::new(Htp::new(heightmap, self.htp_options(batching)).map_err(Fault::usage)?))
     }
 
     fn tin_options(&self) -> tin_lod::Options {
@@ -162,9 +164,39 @@ impl Run {
         }
     }
 
-    fn htp_options(&self, batching: Batching) -> htp_lod::Options {
-        let Settings { k, layers, leg_px, .. } = self.settings;
-        htp_lod::Options { k, layers, leg_px, batching, ..Default::default() }
+    fn htp_options(&self) -> htp_lod::Options {
+        let Settings { k, leg_px, tolerance_px, .. } = self.settings;
+        htp_lod::Options {
+            k,
+            layers: self.layers(),
+            metric: self.metric().into(),
+            leg_px,
+            tolerance_px,
+            batching: self.batching().into(),
+        }
+    }
+
+    /// htp's: the name htp-instanced says it, whatever the flag.
+    fn batching(&self) -> BatchingName {
+        match self.method {
+            MethodName::HtpInstanced => BatchingName::Instanced,
+            _ => self.settings.batching.unwrap_or(BatchingName::PerPatch),
+        }
+    }
+
+    /// htp's: as published for the draws of the paper, and bounded where all is drawn at once.
+    fn metric(&self) -> MetricName {
+        let by_batching = match self.batching() {
+            BatchingName::Instanced => MetricName::Error,
+            BatchingName::PerPatch | BatchingName::MergedCell => MetricName::Distance,
+        };
+        self.settings.metric.unwrap_or(by_batching)
+    }
+
+    /// htp's: the paper's 3; by error, one more saves triangles at tolerances of 2 px and above.
+    fn layers(&self) -> u32 {
+        let by_metric = if self.metric() == MetricName::Error { 4 } else { 3 };
+        self.settings.layers.unwrap_or(by_metric)
     }
 
     /// Whether a worker updates behind the plans, so that what is drawn depends on the clock.
@@ -180,12 +212,16 @@ impl Run {
 
     /// Whether the tolerance in pixels is a setting of this method. To the others it is a yardstick only.
     pub fn takes_tolerance(&self) -> bool {
-        matches!(self.method, MethodName::Tin | MethodName::Rqt | MethodName::Geomipmap)
+        match self.method {
+            MethodName::Tin | MethodName::Rqt | MethodName::Geomipmap => true,
+            MethodName::Htp | MethodName::HtpInstanced => self.metric() == MetricName::Error,
+            MethodName::FullGrid | MethodName::Decimated => false,
+        }
     }
 
     /// What the column `setting` says, by the names of the flags; the tolerance has a column of its own.
     pub fn setting(&self) -> String {
-        let Settings { patch, max_spacing, jitter, smoothing, leg_px, k, layers, step, .. } = self.settings;
+        let Settings { patch, max_spacing, jitter, smoothing, leg_px, k, step, .. } = self.settings;
         match self.method {
             MethodName::Tin => {
                 let of_selector = match self.settings.selector {
@@ -205,7 +241,9 @@ impl Run {
                 )
             }
             MethodName::Htp | MethodName::HtpInstanced => {
-                format!("metric=distance leg-px={leg_px} k={k} layers={layers}")
+                let leg = if self.takes_tolerance() { String::new() } else { format!(" leg-px={leg_px}") };
+                let (metric, batching) = (name_of(self.metric()), name_of(self.batching()));
+                format!("metric={metric}{leg} k={k} layers={} batching={batching}", self.layers())
             }
             MethodName::FullGrid => "step=1".into(),
             MethodName::Decimated => format!("step={step}"),
@@ -220,7 +258,7 @@ impl Run {
 
     /// A short unique name for files: letters, digits, dots and dashes.
     pub fn file_stem(&self) -> String {
-        let Settings { tolerance_px, patch, leg_px, k, layers, step, .. } = self.settings;
+        let Settings { tolerance_px, patch, leg_px, k, step, .. } = self.settings;
         let name = self.method.as_str();
         match self.method {
             MethodName::Tin => {
@@ -228,7 +266,11 @@ impl Run {
                 let schedule = name_of(self.settings.schedule);
                 format!("{name}-{selector}-{tolerance_px}px-patch{patch}-{triangulator}-{schedule}")
             }
-            MethodName::Htp | MethodName::HtpInstanced => format!("{name}-leg{leg_px}px-k{k}-l{layers}"),
+            MethodName::Htp | MethodName::HtpInstanced => {
+                let px = if self.takes_tolerance() { format!("{tolerance_px}px") } else { format!("leg{leg_px}px") };
+                let (metric, batching) = (name_of(self.metric()), name_of(self.batching()));
+                format!("{name}-{metric}-{px}-k{k}-l{}-{batching}", self.layers())
+            }
             MethodName::FullGrid => name.into(),
             MethodName::Decimated => format!("{name}-step{step}"),
             MethodName::Rqt | MethodName::Geomipmap => format!("{name}-{tolerance_px}px"),

@@ -10,7 +10,9 @@ use terrain_core::{Flight, FlightPath, Heightmap, View};
 use terrain_dem::{Dem, ReadOptions};
 use terrain_renderer::{Look, Submission};
 
-use crate::choices::{EdgePolicyName, IndexStoreName, ScheduleName, SelectorName, TriangulatorName};
+use crate::choices::{
+    BatchingName, EdgePolicyName, IndexStoreName, MetricName, ScheduleName, SelectorName, TriangulatorName,
+};
 use crate::cli::{BenchArgs, MethodArgs};
 use crate::dem;
 use crate::fault::{Cause, Fault};
@@ -77,10 +79,14 @@ pub struct Suite {
     pub jitter: Option<u32>,
     /// As `--smoothing`.
     pub smoothing: bool,
+    /// As `--metric`.
+    pub metric: Option<MetricName>,
+    /// As `--batching`.
+    pub batching: Option<BatchingName>,
     /// As `--k`.
     pub k: u32,
     /// As `--layers`.
-    pub layers: u32,
+    pub layers: Option<u32>,
     /// As `--threads`.
     pub threads: u16,
     /// As `--size`.
@@ -115,8 +121,10 @@ impl Default for Suite {
             edge_policy: EdgePolicyName::default(),
             jitter: None,
             smoothing: false,
+            metric: None,
+            batching: None,
             k: 3,
-            layers: 3,
+            layers: None,
             threads: 1,
             size_px: [640, 360],
             frames: None,
@@ -168,12 +176,14 @@ impl Suite {
         override_with(&mut self.index_store, &args.index_store);
         override_with(&mut self.edge_policy, &args.edge_policy);
         override_with(&mut self.k, &args.k);
-        override_with(&mut self.layers, &args.layers);
         override_with(&mut self.threads, &args.threads);
         self.max_spacing = args.max_spacing.or(self.max_spacing);
         self.group = args.group.or(self.group);
         self.jitter = args.jitter.or(self.jitter);
         self.smoothing |= args.smoothing;
+        self.metric = args.metric.or(self.metric);
+        self.batching = args.batching.or(self.batching);
+        self.layers = args.layers.or(self.layers);
     }
 
     /// What the command line checks flag by flag, a suite file must keep as well.
@@ -256,6 +266,8 @@ impl Suite {
             edge_policy: self.edge_policy,
             jitter: self.jitter,
             smoothing: self.smoothing,
+            metric: self.metric,
+            batching: self.batching,
             leg_px: self.leg_px[0],
             k: self.k,
             layers: self.layers,

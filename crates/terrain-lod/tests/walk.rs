@@ -69,6 +69,18 @@ fn htp_instanced_with_all_matching_blocks() {
 }
 
 #[test]
+fn htp_merged_cells_with_all_matching_blocks() {
+    htp(Batching::MergedCell, 300.0, seen::ALL_LISTS);
+}
+
+#[test]
+fn htp_by_error() {
+    let options = htp_lod::Options { tolerance_px: 4.0, ..htp_lod::Options::bounded() };
+    assert_eq!(seen::levels_and_lists(&dem(), options, SEED, FRAMES), [4, seen::ALL_LISTS]);
+    walk(|heightmap, _| Box::new(Htp::new(heightmap.clone(), options).unwrap()));
+}
+
+#[test]
 fn full_grid() {
     walk(|heightmap, _| Box::new(FullGrid::new(heightmap)));
 }

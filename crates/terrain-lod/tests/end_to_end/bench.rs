@@ -26,9 +26,31 @@ fn check_rows(arguments: &[&str], expected: &[&str]) {
     assert_eq!(methods, expected, "{arguments:?}");
     for row in rows {
         assert_eq!((row["cracks"].as_str(), row["err"].as_str()), ("0", ""), "{arguments:?}: {row:?}");
-        if row["setting"].contains("selector=bounded") || ["rqt", "geomipmap"].contains(&row["method"].as_str()) {
+        let says = |setting: &&str| row["setting"].contains(setting);
+        let is_bounded = ["selector=bounded", "metric=error"].iter().any(says);
+        if is_bounded || ["rqt", "geomipmap"].contains(&row["method"].as_str()) {
             let [error_px, tolerance_px] = ["error_px_max", "tolerance_px"].map(|c| row[c].parse::<f64>().unwrap());
             assert!(error_px <= 1.001 * tolerance_px, "{arguments:?}: no bound: {row:?}");
+        }
+    }
+}
+
+/// HTP's levels by error are a bound however its patches become draws, and with any k.
+#[test]
+fn htp_by_error_keeps_its_tolerance_with_every_batching() {
+    for batching in ["per-patch", "merged-cell", "instanced"] {
+        for k in ["2", "3", "4"] {
+            let setting = ["--batching", batching, "--metric", "error", "--k", k, "--tolerance", "0.5,1,2,4"];
+            let rows = bench(&[&["--methods", "htp", "--frames", "20", "--flight", "fly-over"], &setting[..]].concat());
+            assert_eq!(rows.len(), 4, "a row for each tolerance");
+            for row in rows {
+                let [error_px, tolerance_px] = ["error_px_max", "tolerance_px"].map(|c| row[c].parse::<f64>().unwrap());
+                assert!(error_px <= 1.001 * tolerance_px && row["cracks"] == "0" && row["err"].is_empty(), "{row:?}");
+                assert!(
+                    row["setting"].contains(&format!("metric=error k={k} layers=4 batching={batching}")),
+                    "{row:?}"
+                );
+            }
         }
     }
 }
