@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Instant;
 
-use cpu_time::ThreadTime;
+use cpu_time::{ProcessTime, ThreadTime};
 use htp_lod::{Batching, Htp, LevelMetric, Options};
 use terrain_core::{Camera, FramePlan, FrameStats, Heightmap, Lens, LodMethod, View};
 use terrain_dem::ReadOptions;
@@ -54,29 +54,35 @@ fn open() -> (String, Arc<Heightmap>) {
     (dem.name, dem.heightmap)
 }
 
-/// Construction with errors less construction without, on 1 and on 2 threads.
+/// Construction with errors less construction without: on 1 and on 2 threads, and the CPU time of both threads.
 fn error_tables(dem: &Arc<Heightmap>) {
     for (k, layers) in [(2, 6), (3, 4), (4, 4)] {
         let options = Options { k, layers, ..Options::bounded() };
-        let samples = dem.heights_m().len() as f64;
-        let bytes = Htp::new(dem.clone(), options).unwrap().error_bytes() as f64 / samples;
-        let wall_ms = [1, 2].map(|threads| {
+        let bytes = Htp::new(dem.clone(), options).unwrap().error_bytes() as f64 / dem.heights_m().len() as f64;
+        let [[one, _], [two, cpu]] = [1, 2].map(|threads| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-            let build_ms = |metric: LevelMetric| {
-                let build = || {
-                    let start = Instant::now();
-                    pool.install(|| drop(Htp::new(dem.clone(), Options { metric, ..options })));
-                    start.elapsed().as_secs_f64() * 1e3
-                };
-                quantile(&mut (0..7).map(|_| build()).collect::<Vec<_>>(), 0.5)
+            let build = |metric: LevelMetric| {
+                pool.install(|| drop(Htp::new(dem.clone(), Options { metric, ..options })));
             };
-            build_ms(LevelMetric::Error) - build_ms(LevelMetric::Distance)
+            let [with, without] = [LevelMetric::Error, LevelMetric::Distance].map(|metric| median_ms(|| build(metric)));
+            [with[0] - without[0], with[1] - without[1]]
         });
-        let [one, two] = wall_ms;
         println!(
-            "errors k {k}, {layers} layers: {bytes:.3} bytes a sample, built in {one:.0} ms on 1 thread, {two:.0} on 2"
+            "errors k {k}, {layers} layers: {bytes:.3} bytes a sample; {one:.0} ms on 1 thread, {two:.0} on 2; CPU {cpu:.0}"
         );
     }
+}
+
+/// Wall-clock and CPU time of this program.
+fn median_ms(run: impl Fn()) -> [f64; 2] {
+    let mut times_ms = [(); 2].map(|_| Vec::new());
+    for _ in 0..7 {
+        let (wall, cpu) = (Instant::now(), ProcessTime::now());
+        run();
+        times_ms[0].push(wall.elapsed().as_secs_f64() * 1e3);
+        times_ms[1].push(cpu.elapsed().as_secs_f64() * 1e3);
+    }
+    times_ms.map(|mut times_ms| quantile(&mut times_ms, 0.5))
 }
 
 fn triangles(dem: &Arc<Heightmap>, k: u32) {
@@ -89,10 +95,12 @@ fn triangles(dem: &Arc<Heightmap>, k: u32) {
             let view = view(dem, 0.0, 0.0);
             let [whole, in_view] = [false, true].map(|culling| {
                 method.set_culling(culling);
-                FrameStats::of(&plan(&mut method, &view)).triangles
+                let plan = plan(&mut method, &view);
+                let patches: usize = plan.draws.iter().map(|draw| draw.instances.len()).sum();
+                format!("{} in {patches} patches", FrameStats::of(&plan).triangles)
             });
             let setting = if metric == LevelMetric::Error { px } else { 8.0 * px };
-            println!("triangles k {k}, {metric:?} {setting} px: {whole} whole, {in_view} in view");
+            println!("triangles k {k}, {metric:?} {setting} px: {whole}; in view {in_view}");
         }
     }
 }
