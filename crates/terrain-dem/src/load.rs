@@ -7,6 +7,7 @@ use terrain_core::Heightmap;
 
 use crate::input::Input;
 use crate::raster::{ABSURD, Decoded, Facts, Heights, Meaning};
+use crate::samples::SampleType;
 use crate::sidecar::Sidecar;
 use crate::voids::{self, VoidMask};
 use crate::{Dem, DemError, HeightUnit, ReadOptions, Reading, VoidPolicy, formats};
@@ -51,9 +52,7 @@ fn read(name: &str, input: Input, sidecar: Sidecar, options: &ReadOptions) -> Re
     let mut grid = formats::open(input, options)?;
     let mut facts = grid.facts().clone();
     facts.check_size(options.limit())?;
-    if !(1..=facts.bands).contains(&options.band.unwrap_or(1)) {
-        return Err(Unread::Reason(format!("no band {}; expected 1 to {}", options.band.unwrap_or(1), facts.bands)));
-    }
+    check_band(&facts, options)?;
     let (spacing_m, spacing_from) = spacing(&facts, &sidecar, options)?;
     let meaning = meaning(&facts, &sidecar, options)?;
 
@@ -69,7 +68,19 @@ fn read(name: &str, input: Input, sidecar: Sidecar, options: &ReadOptions) -> Re
     warn_of_range(&mut facts.warnings, meaning, range_m);
 
     let heightmap = Heightmap::new(facts.columns, facts.rows, spacing_m, heights_m).map_err(|e| e.to_string())?;
-    let reading = Reading {
+    let reading = reading(facts, meaning, spacing_from, options);
+    let Sidecar { source, licence, notice, .. } = sidecar;
+    let (heightmap, voids) = (Arc::new(heightmap), mask.map(Arc::new));
+    Ok(Dem { name: name.to_owned(), heightmap, source, licence, notice, voids, reading })
+}
+
+fn check_band(facts: &Facts, options: &ReadOptions) -> Result<(), String> {
+    let (band, bands) = (options.band.unwrap_or(1), facts.bands);
+    (1..=bands).contains(&band).then_some(()).ok_or_else(|| format!("no band {band}; expected 1 to {bands}"))
+}
+
+fn reading(facts: Facts, meaning: Meaning, spacing_from: String, options: &ReadOptions) -> Reading {
+    Reading {
         format: facts.format,
         samples: facts.samples.name(),
         bands: facts.bands,
@@ -80,10 +91,7 @@ fn read(name: &str, input: Input, sidecar: Sidecar, options: &ReadOptions) -> Re
         offset_m: meaning.offset_m,
         nodata: meaning.nodata,
         warnings: facts.warnings,
-    };
-    let Sidecar { source, licence, notice, .. } = sidecar;
-    let (heightmap, voids) = (Arc::new(heightmap), mask.map(Arc::new));
-    Ok(Dem { name: name.to_owned(), heightmap, source, licence, notice, voids, reading })
+    }
 }
 
 /// Metres between samples, and who says so.
@@ -120,7 +128,7 @@ fn meaning(facts: &Facts, sidecar: &Sidecar, options: &ReadOptions) -> Result<Me
     }
     let nodata = options.nodata.map(|nodata| facts.samples.rounded(nodata)).or(facts.nodata);
     // A scaled number may well be -32768.
-    let can_be_void = facts.samples == crate::samples::SampleType::I16 || facts.samples.is_float() && scale == 1.0;
+    let can_be_void = facts.samples == SampleType::I16 || facts.samples.is_float() && scale == 1.0;
     let undeclared = Some(UNDECLARED).filter(|void| can_be_void && nodata != Some(*void));
     Ok(Meaning { scale, offset_m, nodata, undeclared })
 }

@@ -7,6 +7,7 @@ Each line on stdout names a file, what it holds (NAME.f64: little-endian float64
 """
 
 import sys
+import warnings
 
 try:
     import numpy as np
@@ -117,6 +118,8 @@ def others(matrix):
 
 
 def main():
+    # PNG and PGM have no place to say their spacing.
+    warnings.simplefilter("ignore", rasterio.errors.NotGeoreferencedWarning)
     matrix = Matrix(sys.argv[1])
     tiff(matrix)
     voids(matrix)

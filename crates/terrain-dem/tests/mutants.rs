@@ -163,6 +163,10 @@ fn damaged_files_neither_panic_nor_swell() {
         );
         assert!(sound < ROUNDS);
     }
+    // The gauge works: it sees memory that was only asked for.
+    let before = peak_kib();
+    drop(std::hint::black_box(Vec::<u8>::with_capacity(1 << 29)));
+    assert!(before.zip(peak_kib()).is_none_or(|(before, now)| now - before > MAX_GROWTH_KIB));
 }
 
 fn read_once(subject: &Subject, folder: &std::path::Path) -> bool {

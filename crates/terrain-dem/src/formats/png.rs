@@ -17,6 +17,9 @@ const EXPECTED: &str = "a 16-bit greyscale PNG";
 /// The first bytes of every PNG.
 const SIGNATURE: &[u8] = b"\x89PNG\r\n\x1a\n";
 
+/// The most bytes that one byte of a PNG can stand for, generously: 258 from 2 bits.
+const MOST_A_BYTE: u64 = 1040;
+
 /// What the decoder may allocate beside the picture itself, in bytes: its window, one row, colour profiles and texts.
 const MAX_DECODER_BYTES: u64 = 64 << 20;
 
@@ -34,6 +37,14 @@ pub fn is_one(input: &Input) -> bool {
 pub fn open(input: Input, allow_8_bit: bool, colours: Option<ColourCode>) -> Result<PngGrid, DemError> {
     let checked = Header::parse(&input.start).and_then(|header| header.facts(allow_8_bit, colours));
     let facts = checked.map_err(|reason| input.refuse(reason))?;
+    // A colour takes three bytes at least, a height one or two.
+    let bytes_each = if colours.is_some() { 3 } else { facts.samples.bytes() as u64 };
+    if facts.count().saturating_mul(bytes_each) > input.length.saturating_mul(MOST_A_BYTE) {
+        let Facts { columns, rows, .. } = facts;
+        let length = input.length;
+        return Err(input
+            .refuse(format!("a PNG of {length} bytes; expected more for {columns} x {rows} samples: fetch it again")));
+    }
     Ok(PngGrid { input, facts, colours })
 }
 

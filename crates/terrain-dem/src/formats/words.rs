@@ -37,40 +37,53 @@ impl Grid for WordGrid {
     }
 
     fn decode(&mut self, heights: &mut Heights) -> Result<(), DemError> {
-        let Facts { columns, rows, .. } = self.facts;
-        let (count, mut read) = (self.facts.count(), 0);
-        let mut row_values = Vec::with_capacity(columns as usize);
-        let mut wrong = None;
+        let (columns, count) = (self.facts.columns as usize, self.facts.count());
+        let mut numbers = Numbers { columns, count, read: 0, row: Vec::with_capacity(columns), heights };
+        let mut taken = Ok(());
         let file = self.input.from(self.first_byte)?;
         let ended = each_word(file, |word| {
-            match std::str::from_utf8(word).ok().filter(|word| word.len() <= MAX_WORD).and_then(number) {
-                Some(value) if read < count => row_values.push(value),
-                Some(_) => {
-                    wrong = Some(format!(
-                        "more than {columns} x {rows} numbers; expected as many as the header says: mend it"
-                    ))
-                }
-                None => {
-                    let (column, row) = (read % columns as u64, read / columns as u64);
-                    let found = word[..word.len().min(20)].escape_ascii();
-                    wrong = Some(format!("\"{found}\" at column {column}, row {row}; expected a number"));
-                }
-            }
-            read += 1;
-            if row_values.len() == columns as usize {
-                heights.put((read / columns as u64) as u32 - 1, 0, row_values.drain(..));
-            }
-            wrong.is_none()
+            taken = numbers.take(word);
+            taken.is_ok()
         });
+        let read = numbers.read;
         ended.map_err(|e| self.input.read_error(e))?;
-        match wrong {
-            Some(reason) => Err(self.input.refuse(reason)),
-            None if read < count => {
-                let reason = format!("ends after {read} of {count} numbers; expected a whole file: fetch it again");
-                Err(self.input.refuse(reason))
-            }
-            None => Ok(()),
+        taken.map_err(|reason| self.input.refuse(reason))?;
+        if read < count {
+            let reason = format!("ends after {read} of {count} numbers; expected a whole file: fetch it again");
+            return Err(self.input.refuse(reason));
         }
+        Ok(())
+    }
+}
+
+/// The numbers of a text as they come.
+struct Numbers<'a> {
+    columns: usize,
+    /// How many the header promises.
+    count: u64,
+    read: u64,
+    /// The row that is being filled.
+    row: Vec<f64>,
+    heights: &'a mut Heights,
+}
+
+impl Numbers<'_> {
+    fn take(&mut self, word: &[u8]) -> Result<(), String> {
+        let (column, row) = (self.read % self.columns as u64, self.read / self.columns as u64);
+        let text = std::str::from_utf8(word).ok().filter(|word| word.len() <= MAX_WORD);
+        let Some(value) = text.and_then(number) else {
+            let found = word[..word.len().min(20)].escape_ascii();
+            return Err(format!("\"{found}\" at column {column}, row {row}; expected a number"));
+        };
+        if self.read == self.count {
+            return Err(format!("more than {} numbers; expected as many as the header says: mend it", self.count));
+        }
+        self.read += 1;
+        self.row.push(value);
+        if self.row.len() == self.columns {
+            self.heights.put(row as u32, 0, self.row.drain(..));
+        }
+        Ok(())
     }
 }
 

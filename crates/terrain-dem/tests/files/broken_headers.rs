@@ -146,6 +146,10 @@ fn pictures() -> Vec<Case> {
         case("of transparency", png(ExtendedColorType::La16, &[0; 16])),
         case("cut in its header", grey[..20].to_vec()),
         case("cut short", grey[..grey.len() - 20].to_vec()),
+        case(
+            "of more samples than its bytes can hold",
+            [&grey[..16], &[0, 0, 89, 216].repeat(2), &grey[24..]].concat(),
+        ),
         case("with a wrong checksum", [&grey[..29], &[1, 2, 3, 4], &grey[33..]].concat()),
         case("of grey where colours are coded", grey).with_options(coded),
     ]

@@ -34,31 +34,24 @@ pub struct Layout {
 
 impl Layout {
     pub fn read(input: &mut Input, tags: &Tags) -> Result<Self, DemError> {
+        check_picture(input, tags)?;
         let [columns, rows] = [side(input, tags, 256, "columns")?, side(input, tags, 257, "rows")?];
-        let bands = tags.whole(input, 277, 1)?;
         let samples = sample_type(input, tags)?;
         let compression = Compression::of(tags.whole(input, 259, 1)?).map_err(|what| unreadable(input, &what))?;
         let predictor = Predictor::of(tags.whole(input, 317, 1)?, samples).map_err(|what| unreadable(input, &what))?;
-        let colours = tags.whole(input, 262, 1)?;
-        if colours == PALETTE {
-            return Err(input.refuse("a TIFF of a palette, which is a picture; expected one number a sample"));
-        }
-        if tags.whole(input, 266, 1)? != 1 {
-            return Err(unreadable(input, "bits in reverse order; expected the highest first"));
-        }
         let is_tiled = tags.count(324).is_some();
-        let (chunk_columns, chunk_rows) = match is_tiled {
-            true => (side(input, tags, 322, "columns a tile")?, side(input, tags, 323, "rows a tile")?),
+        let [chunk_columns, chunk_rows] = match is_tiled {
+            true => [side(input, tags, 322, "columns a tile")?, side(input, tags, 323, "rows a tile")?],
             // The largest number stands for a single strip.
-            false => (columns, tags.whole(input, 278, rows as u64)?.clamp(1, rows as u64) as u32),
+            false => [columns, tags.whole(input, 278, rows as u64)?.clamp(1, rows as u64) as u32],
         };
         let mut layout = Self {
             columns,
             rows,
             samples,
-            bands: u32::try_from(bands).unwrap_or(u32::MAX).max(1),
+            bands: u32::try_from(tags.whole(input, 277, 1)?).unwrap_or(u32::MAX).max(1),
             is_planar: tags.whole(input, 284, 1)? == 2,
-            is_colour: colours == COLOURS,
+            is_colour: tags.whole(input, 262, 1)? == COLOURS,
             compression,
             predictor,
             is_tiled,
@@ -152,6 +145,17 @@ impl Layout {
         }
         Ok(())
     }
+}
+
+/// What is no grid of numbers, whatever else the tags say.
+fn check_picture(input: &mut Input, tags: &Tags) -> Result<(), DemError> {
+    if tags.whole(input, 262, 1)? == PALETTE {
+        return Err(input.refuse("a TIFF of a palette, which is a picture; expected one number a sample"));
+    }
+    if tags.whole(input, 266, 1)? != 1 {
+        return Err(unreadable(input, "bits in reverse order; expected the highest first"));
+    }
+    Ok(())
 }
 
 fn unreadable(input: &Input, what: &str) -> DemError {
