@@ -12,6 +12,7 @@ import warnings
 try:
     import numpy as np
     import rasterio
+    import rasterio.shutil
     from rasterio.crs import CRS
     from rasterio.transform import Affine
 except ImportError as missing:
@@ -117,6 +118,20 @@ def others(matrix):
                  driver="AAIGrid", ending="asc", nodata=-9999, FORCE_CELLSIZE="FALSE", transform=Affine(30, 0, 0, 0, -40, 0))
 
 
+def dted(matrix):
+    """One degree, 121 x 121 samples on its rim, all that level 0 allows."""
+    values = grid("int16")[:121, :121]
+    values[5:9, 5:9] = -32767
+    plain, tile = f"{matrix.folder}/plain.tif", f"{matrix.folder}/tile.dt0"
+    step = 1 / 120
+    with rasterio.open(plain, "w", driver="GTiff", width=121, height=121, count=1, dtype="int16", nodata=-32767,
+                       crs="EPSG:4326", transform=Affine(step, 0, 7 - step / 2, 0, -step, 46 + step / 2)) as file:
+        file.write(values, 1)
+    rasterio.shutil.copy(plain, tile, driver="DTED")
+    np.where(values == -32767, np.nan, values.astype(float)).astype("<f8").tofile(f"{matrix.folder}/tile.f64")
+    print("tile.dt0\ttile.f64\tDTED", flush=True)
+
+
 def main():
     # PNG and PGM have no place to say their spacing.
     warnings.simplefilter("ignore", rasterio.errors.NotGeoreferencedWarning)
@@ -124,6 +139,7 @@ def main():
     tiff(matrix)
     voids(matrix)
     others(matrix)
+    dted(matrix)
 
 
 main()

@@ -72,6 +72,7 @@ fn others() -> Vec<Subject> {
     vec![
         subject("a.asc", writers::asc().into_bytes()),
         subject("N44W122.hgt", writers::hgt()),
+        subject("a.dt0", writers::dted()),
         subject("N44W122.hgt.gz", writers::gzip(&writers::hgt())),
         subject("a.zip", writers::zip(&[("N44W122.hgt", &writers::hgt())])),
         spaced(subject("a.pgm", writers::pgm("P5 4 3 65535 "))),

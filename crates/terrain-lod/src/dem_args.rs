@@ -8,7 +8,7 @@ use crate::cli::{parse_finite, parse_spacing};
 /// Where the heights come from.
 #[derive(Clone, Debug, Args)]
 pub struct DemArgs {
-    /// An elevation file (GeoTIFF, PNG, .hgt, .asc, .bil, .flt, PGM, .npy), a built-in DEM (jacksboro), or
+    /// An elevation file (GeoTIFF, PNG, .hgt, .asc, .bil, .flt, DTED, PGM, .npy), a built-in DEM (jacksboro), or
     /// synthetic:COLUMNSxROWS:SEED
     #[arg(long, value_name = "FILE")]
     pub dem: Option<String>,

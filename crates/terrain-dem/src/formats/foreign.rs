@@ -4,9 +4,8 @@ use crate::formats::convert;
 use crate::input::Input;
 
 /// First bytes, and what a file that begins so is.
-const CONVERTIBLE: [(&[u8], &str); 11] = [
-    (b"UHL1", "a DTED tile"),
-    (b"HDR1", "a DTED tile"),
+const CONVERTIBLE: [(&[u8], &str); 10] = [
+    (b"HDR1", "a DTED tile with the labels of a tape"),
     (b"CDF\x01", "a NetCDF file"),
     (b"CDF\x02", "a NetCDF file"),
     (b"\x89HDF", "an HDF5 or NetCDF file"),

@@ -2,6 +2,7 @@
 
 mod archive;
 mod ascii;
+mod dted;
 mod esri;
 mod foreign;
 mod hgt;
@@ -20,7 +21,8 @@ use crate::raster::Grid;
 use crate::{DemError, ReadOptions};
 
 /// What a file may be, for messages.
-pub const EXPECTED: &str = "an elevation file (GeoTIFF, 16-bit PNG, .hgt, .asc, .bil or .flt with .hdr, PGM, .npy)";
+pub const EXPECTED: &str =
+    "an elevation file (GeoTIFF, 16-bit PNG, .hgt, .asc, .bil or .flt with .hdr, DTED, PGM, .npy)";
 
 /// The most bytes that a sample takes in an archive: a line of its own in a text.
 const MAX_BYTES_A_SAMPLE: u64 = 16;
@@ -56,6 +58,9 @@ fn open_plain(input: Input, options: &ReadOptions) -> Result<Box<dyn Grid>, DemE
     }
     if input.start.starts_with(npy::MAGIC) {
         return Ok(Box::new(npy::open(input)?));
+    }
+    if input.start.starts_with(dted::MAGIC) {
+        return Ok(Box::new(dted::open(input)?));
     }
     if pgm::is_one(&input) {
         return pgm::open(input, options.allow_8_bit);

@@ -60,7 +60,8 @@ fn broken_files_are_refused_with_one_clear_line() {
     let cases: Vec<Case> = broken_tiffs::cases().into_iter().chain(broken_headers::cases()).collect();
     let found: Vec<String> =
         cases.iter().map(|case| format!("{}: {}", case.what, case.refusal(folder.path()))).collect();
-    assert!(found.iter().all(|line| !line.contains("NOT REFUSED")), "{found:#?}");
+    let taken: Vec<&String> = found.iter().filter(|line| line.contains("NOT REFUSED")).collect();
+    assert!(taken.is_empty(), "{taken:#?}");
     let expected: Vec<&str> = include_str!("refusals.txt").lines().collect();
     if found != expected {
         let new = found.iter().filter(|line| !expected.contains(&line.as_str()));

@@ -45,6 +45,11 @@ fn ascii() -> Vec<Case> {
 
 fn tiles() -> Vec<Case> {
     let case = |what: &str, name, bytes: Vec<u8>| Case::new(&format!("hgt {what}"), name, bytes);
+    let patched = |at: usize, bytes: &[u8]| {
+        let mut file = writers::dted();
+        file[at..at + bytes.len()].copy_from_slice(bytes);
+        file
+    };
     let voids = (0..25).flat_map(|_| [0x80, 0]).collect();
     vec![
         case("cut short", "N44W122.hgt", writers::hgt()[..40].to_vec()),
@@ -54,6 +59,13 @@ fn tiles() -> Vec<Case> {
         case("without a place in its name", "tile.hgt", writers::hgt()),
         case("with a place beyond the pole", "N91W122.hgt", writers::hgt()),
         case("of voids alone", "N44W122.hgt", voids),
+        Case::new("dted cut short", "a.dt0", writers::dted()[..3480].to_vec()),
+        Case::new("dted cut in its header", "a.dt0", writers::dted()[..60].to_vec()),
+        Case::new("dted of counts in letters", "a.dt0", patched(47, b"four")),
+        Case::new("dted of an absurd size", "a.dt0", patched(47, b"99999999")),
+        Case::new("dted of spacing 0", "a.dt0", patched(20, b"0000")),
+        Case::new("dted beyond the pole", "a.dt0", patched(12, b"0895959N")),
+        Case::new("dted without a mark", "a.dt0", patched(3428 + 18, &[0])),
     ]
 }
 
@@ -203,7 +215,7 @@ fn strangers() -> Vec<Case> {
         Case::new(&format!("stranger: {what}"), "a.dem", [start, b" and so on, and so on"].concat())
     };
     vec![
-        case("DTED", b"UHL10"),
+        case("DTED from a tape", b"HDR1"),
         case("NetCDF", b"CDF\x01"),
         case("HDF5", b"\x89HDF\r\n\x1a\n"),
         case("LAS", b"LASF"),

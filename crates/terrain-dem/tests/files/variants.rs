@@ -243,6 +243,14 @@ fn srtm_tiles_plain_and_packed() {
 }
 
 #[test]
+fn dted_tiles_are_columns_from_the_south() {
+    let dem = load("a.dt0", writers::dted());
+    assert_eq!(heights(&dem), grid());
+    let [x, z] = dem.heightmap.spacing_m();
+    assert!((x * 4.0 - 78_846.8).abs() < 0.1 && (z * 4.0 - 111_131.8).abs() < 0.1, "{x} x {z}");
+}
+
+#[test]
 fn other_formats_in_archives() {
     assert_eq!(heights(&load("a.asc.gz", writers::gzip(writers::asc().as_bytes()))), grid());
     let tiff = int16().bytes();

@@ -25,6 +25,22 @@ pub fn hgt_of(side: usize) -> Vec<u8> {
     (0..side * side).flat_map(|i| ((i % 4001) as i16).to_be_bytes()).collect()
 }
 
+/// The grid as a DTED tile with samples a quarter of a degree apart; its middle is at latitude 45.
+pub fn dted() -> Vec<u8> {
+    let mut file = b"UHL10070000E0444500N90009000NA  U              00040003".to_vec();
+    file.resize(3428, b' ');
+    for column in 0..4u8 {
+        file.extend([0xaa, 0, 0, column, 0, column, 0, 0]);
+        for row in GRID.iter().rev() {
+            let height = row[column as usize];
+            let sign = if height < 0 { 0x8000 } else { 0 };
+            file.extend((height.unsigned_abs() | sign).to_be_bytes());
+        }
+        file.extend([0; 4]);
+    }
+    file
+}
+
 pub const BIL_HEADER: &str = "BYTEORDER I\nLAYOUT BIL\nNROWS 3\nNCOLS 4\nNBANDS 1\nNBITS 16\nPIXELTYPE SIGNEDINT\n\
                               ULXMAP 500000\nULYMAP 4000000\nXDIM 30\nYDIM 30\nNODATA -9999\n";
 
