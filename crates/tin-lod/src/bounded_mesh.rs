@@ -19,6 +19,7 @@ use crate::levels::{Boxes, NodeLevels};
 use crate::mesh::{SelectedFor, Triangulated, Update};
 use crate::node_maps::NodeMaps;
 use crate::nodes::{NodeId, Nodes, Owners};
+use crate::odometer::Odometer;
 use crate::options::Options;
 use crate::selection::Selection;
 use crate::vertices::VertexPlace;
@@ -28,6 +29,9 @@ pub(crate) struct BoundedMesh {
     maps: Arc<NodeMaps>,
     place: VertexPlace,
     boxes: Arc<Boxes>,
+    odometer: Odometer,
+    /// Of each root the metres on the odometer up to which its levels are right.
+    right_until_m: Vec<f64>,
     /// Of all nodes, those that are not in the cut too.
     levels: Vec<NodeLevels>,
     owners: Owners,
@@ -64,6 +68,8 @@ impl BoundedMesh {
         let mut mesh = Self {
             place: options.vertex_strips(heightmap).place(),
             boxes,
+            odometer: Odometer::default(),
+            right_until_m: vec![f64::NEG_INFINITY; nodes.roots().len()],
             levels: vec![NodeLevels::Uniform(COARSEST); nodes.len()],
             owners: Owners::roots(nodes),
             selections: vec![None; nodes.len()],
@@ -83,13 +89,33 @@ impl BoundedMesh {
     }
 
     /// The roots of the patches in view that an update for this view would change.
-    pub fn outdated(&self, options: &Options, view: &View, visible: &[u32]) -> Vec<NodeId> {
+    pub fn outdated(&mut self, options: &Options, view: &View, visible: &[u32]) -> Vec<NodeId> {
+        if !self.odometer.advance(view) {
+            self.right_until_m.fill(f64::NEG_INFINITY);
+        }
         let mut roots: Vec<NodeId> = visible.iter().map(|patch| self.nodes().root_of(*patch)).collect();
         roots.sort_unstable();
         roots.dedup();
-        let levels = |node| self.boxes.levels(node, view, options.tolerance_px);
-        roots.retain(|root| self.nodes().tree(*root).any(|node| self.levels[node as usize] != levels(node)));
+        roots.retain(|root| self.is_outdated(*root, options, view));
         roots
+    }
+
+    /// Looks at a root unless the eye has not moved far enough since the last time.
+    fn is_outdated(&mut self, root: NodeId, options: &Options, view: &View) -> bool {
+        let place = (root - self.nodes().roots().start) as usize;
+        if self.odometer.metres() < self.right_until_m[place] {
+            return false;
+        }
+        let mut least_slack_m = f64::INFINITY;
+        for node in self.maps.nodes().tree(root) {
+            let (levels, slack_m) = self.boxes.levels_and_slack_m(node, view, options.tolerance_px);
+            if self.levels[node as usize] != levels {
+                return true;
+            }
+            least_slack_m = least_slack_m.min(slack_m);
+        }
+        self.right_until_m[place] = self.odometer.metres() + least_slack_m;
+        false
     }
 
     /// Gives these roots the levels and the cuts of a view, and makes what changes and the nodes around it anew.
@@ -163,5 +189,54 @@ impl BoundedMesh {
             indices
         });
         Made { selection, indices, select, triangulate: start.elapsed() }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use terrain_core::{Camera, Lens, SplitMix64};
+    use terrain_dem::synthetic;
+
+    fn mesh(heightmap: &Heightmap, options: &Options) -> BoundedMesh {
+        let nodes = Nodes::new(heightmap, options.patch, options.group());
+        let boxes = Arc::new(Boxes::new(heightmap, &nodes, options.blocks));
+        BoundedMesh::coarsest(heightmap, options, Arc::new(NodeMaps::build(heightmap, nodes)), boxes).0
+    }
+
+    /// Small steps, a jump now and then, and another picture size once.
+    fn views(heightmap: &Heightmap) -> impl Iterator<Item = View> {
+        let [width_m, depth_m] = heightmap.extent_m();
+        let (mut random, mut eye_world) = (SplitMix64::new(11), [width_m / 2.0, 900.0, depth_m / 2.0]);
+        (0..400).map(move |frame| {
+            let step_m = if frame % 90 == 89 { 400.0 } else { 0.5 };
+            eye_world = eye_world.map(|metres| metres + random.range(-step_m, step_m));
+            let lens = Lens { fov_y: 1.0, size_px: [640, if frame < 200 { 360 } else { 365 }], near_m: 0.5 };
+            View::new(&Camera { eye_world: eye_world.into(), heading: 0.0, pitch: 0.0 }, &lens).unwrap()
+        })
+    }
+
+    #[test]
+    fn a_root_is_looked_at_again_before_it_is_outdated_and_not_much_earlier() {
+        let dem = synthetic::generate(190, 247, 7);
+        for blocks in [false, true] {
+            let options = Options { patch: 16, group: Some(4), blocks, tolerance_px: 2.0, ..Default::default() };
+            let mut mesh = mesh(&dem, &options);
+            let all: Vec<u32> = (0..mesh.nodes().patches().patches()).collect();
+            let (mut skipped, mut looked_at) = (0, 0);
+            for (frame, view) in views(&dem).enumerate() {
+                let levels = |node| mesh.boxes.levels(node, &view, options.tolerance_px);
+                let is_outdated =
+                    |root: &NodeId| mesh.nodes().tree(*root).any(|n| mesh.levels[n as usize] != levels(n));
+                let expected: Vec<NodeId> = mesh.nodes().roots().filter(is_outdated).collect();
+                let right_until_m = mesh.right_until_m.clone();
+                assert_eq!(mesh.outdated(&options, &view, &all), expected, "blocks {blocks}, frame {frame}");
+                for until_m in right_until_m {
+                    *(if mesh.odometer.metres() < until_m { &mut skipped } else { &mut looked_at }) += 1;
+                }
+                mesh.update(&dem, &options, &view, &expected);
+            }
+            assert!(skipped > looked_at, "blocks {blocks}: {looked_at} looked at, {skipped} skipped");
+        }
     }
 }

@@ -13,7 +13,7 @@ use rayon::prelude::*;
 use terrain_core::{Aabb, Heightmap, Sample, View};
 
 use crate::cull::union;
-use crate::ladder::{FULL, Level, level_of};
+use crate::ladder::{COARSEST, FULL, Level, level_of, tolerance_m};
 use crate::nodes::{NodeId, Nodes};
 use crate::patches::PatchArea;
 
@@ -107,15 +107,42 @@ impl Boxes {
 
     /// The levels of a node for a view and a tolerance.
     pub fn levels(&self, node: NodeId, view: &View, tolerance_px: f64) -> NodeLevels {
-        let distance_m = view.distance_m(self.of(node));
-        let level_at = |distance_m| level_of(view.metres(tolerance_px, distance_m));
-        match &self.blocks {
-            Some(blocks) if blocks.has_levels(node, distance_m) => {
-                NodeLevels::Blocks(blocks.each(node, |bounds| level_at(view.distance_m(bounds)) / STEP * STEP))
-            }
-            _ => NodeLevels::Uniform(level_at(distance_m)),
-        }
+        self.levels_and_slack_m(node, view, tolerance_px).0
     }
+
+    /// The levels of a node, and how many metres the eye must move before one of them can change: no distance to a box
+    /// changes by more than the eye moves.
+    pub(crate) fn levels_and_slack_m(&self, node: NodeId, view: &View, tolerance_px: f64) -> (NodeLevels, f64) {
+        let distance_m = view.distance_m(self.of(node));
+        let Some(blocks) = self.blocks.as_ref().filter(|blocks| blocks.may_have_levels(node)) else {
+            let (level, slack_m) = level_and_slack_m(view, tolerance_px, distance_m, 1);
+            return (NodeLevels::Uniform(level), slack_m);
+        };
+        // Within the reach or beyond it is a change as well.
+        let mut slack_m = (distance_m - blocks.reach_m).abs();
+        let mut level_at = |distance_m, step| {
+            let (level, slack_of_level_m) = level_and_slack_m(view, tolerance_px, distance_m, step);
+            slack_m = slack_m.min(slack_of_level_m);
+            level
+        };
+        let levels = if distance_m < blocks.reach_m {
+            NodeLevels::Blocks(blocks.each(node, |bounds| level_at(view.distance_m(bounds), STEP)))
+        } else {
+            NodeLevels::Uniform(level_at(distance_m, 1))
+        };
+        (levels, slack_m)
+    }
+}
+
+/// The level at a distance from the eye, rounded down to a multiple of `step`, and how much nearer or farther it ends.
+fn level_and_slack_m(view: &View, tolerance_px: f64, distance_m: f64, step: Level) -> (Level, f64) {
+    let level = level_of(view.metres(tolerance_px, distance_m)) / step * step;
+    let begins_at_m = |level: Level| tolerance_m(level) / view.metres(tolerance_px, 1.0);
+    let nearer_m = if level == FULL { f64::INFINITY } else { distance_m - begins_at_m(level) };
+    let next = level.checked_add(step).filter(|next| *next <= COARSEST);
+    let farther_m = next.map_or(f64::INFINITY, |next| begins_at_m(next) - distance_m);
+    // A billionth for what is rounded.
+    (level, (nearer_m.min(farther_m) - 1e-9 * distance_m).max(0.0))
 }
 
 impl BlockHeights {
@@ -136,11 +163,12 @@ impl BlockHeights {
         }
     }
 
-    fn has_levels(&self, node: NodeId, distance_m: f64) -> bool {
-        distance_m < self.reach_m && node < self.nodes.patches().patches()
+    /// Patches may, groups never.
+    fn may_have_levels(&self, node: NodeId) -> bool {
+        node < self.nodes.patches().patches()
     }
 
-    fn each(&self, patch: NodeId, level: impl Fn(&Aabb) -> Level) -> BlockLevels {
+    fn each(&self, patch: NodeId, mut level: impl FnMut(&Aabb) -> Level) -> BlockLevels {
         let (area, mut levels) = (self.nodes.area(patch), [[FULL; 8]; 8]);
         for (i, row) in levels.iter_mut().take(area.depth.div_ceil(BLOCK) as usize).enumerate() {
             for (j, of_block) in row.iter_mut().take(area.width.div_ceil(BLOCK) as usize).enumerate() {
@@ -179,7 +207,6 @@ fn node_boxes(heightmap: &Heightmap, nodes: &Nodes) -> Vec<Aabb> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::ladder::tolerance_m;
     use terrain_core::SplitMix64;
     use terrain_core::walk::RandomWalk;
 

@@ -98,7 +98,7 @@ impl Mesh {
 
     /// What an update for this view would select anew for the patches in view, nearest first: patches (Algorithm 1) or
     /// roots (bounded).
-    pub fn outdated(&self, options: &Options, view: &View, visible: &[PatchId]) -> Vec<NodeId> {
+    pub fn outdated(&mut self, options: &Options, view: &View, visible: &[PatchId]) -> Vec<NodeId> {
         let mut outdated = match self {
             Self::Algorithm1(mesh) => mesh.outdated(options, view, visible),
             Self::Bounded(mesh) => mesh.outdated(options, view, visible),
