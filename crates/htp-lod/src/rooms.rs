@@ -43,7 +43,7 @@ impl Rooms {
         }
         let capacity = length.next_power_of_two().max(Self::SMALLEST);
         *room = Room { start: self.end, capacity };
-        self.end += capacity;
+        self.end = self.end.checked_add(capacity).expect("an index buffer of at most 2^32 indices");
         true
     }
 

@@ -23,7 +23,7 @@ pub trait LodMethod: Send {
     /// ([`FramePlan::growths`]).
     fn buffers(&self) -> BufferSizes;
 
-    /// Whether plans leave out what is out of view; `true` at first. What is drawn in view does not depend on it.
+    /// Whether plans leave out what is out of view; `true` at first. What is promised of what is in view does not depend on it.
     fn set_culling(&mut self, culling: bool);
 
     /// Writes into `plan` (cleared first) what this frame uploads and draws.

@@ -136,7 +136,7 @@ impl PatchTag {
 /// One finished round of updates, for the statistics: nothing is decided from it.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct WorkReport {
-    /// Patches that were triangulated anew.
+    /// Patches, or groups of such, that were triangulated anew.
     pub patches: u32,
     /// Triangles that were made.
     pub triangles: u64,
@@ -163,7 +163,8 @@ pub struct FramePlan {
     pub draws: Vec<Draw>,
     /// Updates that finished since the last frame.
     pub work: Vec<WorkReport>,
-    /// Patches drawn for an older view than this frame's, since their updates have not finished.
+    /// Patches (or groups of such that are drawn as one) drawn for an older view than this frame's, since their updates
+    /// have not finished.
     pub stale_patches: u32,
 }
 

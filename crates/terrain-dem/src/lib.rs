@@ -2,7 +2,7 @@
 //!
 //! [`open`] takes what a user types: a file, the name of a DEM that comes with the program, or `synthetic:193x250:7`.
 //! A file is known by its content: GeoTIFF, PNG (16-bit greyscale), SRTM `.hgt`, ESRI ASCII grid, `.bil` and `.flt` with
-//! their `.hdr`, DTED, PGM, `.npy`, each also in a gzip or zip. Its northern row becomes the first one;
+//! their `.hdr`, DTED, PGM, `.npy`; one that needs no second file also alone in a gzip or zip. Its northern row becomes the first one;
 //! `height_m = value * scale + offset_m`. A TOML file of the same name beside it (the sidecar) says what the file does
 //! not:
 //!

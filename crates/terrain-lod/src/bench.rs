@@ -25,14 +25,14 @@ use crate::summary::{self, Measured, SummaryRow, Surroundings};
 use crate::table;
 
 pub fn run(args: &BenchArgs) -> Result<(), Fault> {
-    interrupt::listen();
     let mut bench = Bench::from_args(args)?;
-    interrupt::check()?;
     let utc = utc_now();
     let folder = args.out.clone().unwrap_or_else(|| default_folder(&utc, &bench.suite_name));
     Results::check(&folder)?;
     let gpu = open_gpu(args)?;
-    bench.prepare_maps(args.method.keep_maps && !args.dry_run)?;
+    bench.prepare_maps(args.method.keep_maps, !args.dry_run)?;
+    // From here on there is something to leave in order. What is above ends at once.
+    interrupt::listen();
     let mut renderer = gpu.as_ref().map(|gpu| renderer(gpu, &bench, false)).transpose()?;
     if args.dry_run {
         return print(&dry_run::describe(&bench, &mut renderer, &folder)?);

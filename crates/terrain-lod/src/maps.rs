@@ -8,7 +8,6 @@ use terrain_core::Heightmap;
 use terrain_dem::write_atomically;
 use tin_lod::{NodeMaps, Nodes};
 
-use crate::fault::Fault;
 use crate::methods::Run;
 use crate::progress::Progress;
 
@@ -16,20 +15,29 @@ use crate::progress::Progress;
 #[derive(Default)]
 pub struct Maps(Vec<Arc<NodeMaps>>);
 
+/// Maps in files beside the DEM's.
+#[derive(Clone, Copy)]
+pub struct Kept<'a> {
+    /// The DEM's file.
+    pub beside: &'a Path,
+    /// Whether maps that are computed are written, too.
+    pub may_write: bool,
+}
+
 impl Maps {
-    /// Gets the maps that these runs need. `keep_beside`: the DEM's file, where the maps shall lie in a file beside it.
-    pub fn of(runs: &[Run], heightmap: &Heightmap, keep_beside: Option<&Path>) -> Result<Self, Fault> {
+    /// Gets the maps that these runs need.
+    pub fn of(runs: &[Run], heightmap: &Heightmap, kept: Option<Kept>) -> Self {
         let mut maps = Self::default();
         for nodes in runs.iter().filter_map(|run| run.nodes(heightmap)) {
             if maps.get(&nodes).is_none() {
-                let found = match keep_beside {
-                    Some(dem) => kept(&file_beside(dem, &nodes), heightmap, nodes)?,
+                let found = match kept {
+                    Some(kept) => read_or_build(kept, heightmap, nodes),
                     None => build(heightmap, nodes),
                 };
                 maps.0.push(Arc::new(found));
             }
         }
-        Ok(maps)
+        maps
     }
 
     pub fn get(&self, nodes: &Nodes) -> Option<Arc<NodeMaps>> {
@@ -48,15 +56,21 @@ fn file_beside(dem: &Path, nodes: &Nodes) -> PathBuf {
     dem.with_file_name(name)
 }
 
-/// The maps of a file; computed and written where there is none, or not the right one.
-fn kept(file: &Path, heightmap: &Heightmap, nodes: Nodes) -> Result<NodeMaps, Fault> {
-    if let Ok(bytes) = fs::read(file) {
+/// The maps of a file; computed and written where there is none, or not the right one. A file that cannot be written is no
+/// reason to do without the maps.
+fn read_or_build(kept: Kept, heightmap: &Heightmap, nodes: Nodes) -> NodeMaps {
+    let file = file_beside(kept.beside, &nodes);
+    if let Ok(bytes) = fs::read(&file) {
         match NodeMaps::read(&bytes, heightmap, nodes.clone()) {
-            Ok(maps) => return Ok(maps),
+            Ok(maps) => return maps,
             Err(reason) => eprintln!("note: {}: {reason}; computed anew", file.display()),
         }
     }
     let maps = build(heightmap, nodes);
-    write_atomically(file, |out| maps.write(heightmap, out)).map_err(|error| Fault::write(file, error))?;
-    Ok(maps)
+    if kept.may_write
+        && let Err(error) = write_atomically(&file, |out| maps.write(heightmap, out))
+    {
+        eprintln!("note: cannot write {}: {error}; the maps will be computed again", file.display());
+    }
+    maps
 }

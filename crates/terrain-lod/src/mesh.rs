@@ -33,7 +33,7 @@ pub fn run(args: &MeshArgs) -> Result<(), Fault> {
     }
     let mut bench = Bench::new("mesh", suite(args), &args.dem.read_options())?;
     probe_parent(&args.out)?;
-    bench.prepare_maps(args.settings.keep_maps)?;
+    bench.prepare_maps(args.settings.keep_maps, true)?;
     let triangles = replay(&bench, args.frame)?;
     let (vertices, faces) = share_vertices(&bench.dem.heightmap, &triangles);
     write_atomically(&args.out, |file| write_ply(file, &vertices, &faces)).map_err(|e| Fault::write(&args.out, e))?;

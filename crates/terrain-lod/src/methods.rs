@@ -140,8 +140,12 @@ impl Run {
 
     /// The patches and groups that the bounded TIN needs threshold maps of.
     pub fn nodes(&self, heightmap: &Heightmap) -> Option<Nodes> {
-        let (options, bounded) = (self.tin_options(), self.settings.selector == SelectorName::Bounded);
-        (self.method == MethodName::Tin && bounded).then(|| Nodes::new(heightmap, options.patch, options.group()))
+        let options = self.tin_options();
+        self.needs_maps().then(|| Nodes::new(heightmap, options.patch, options.group()))
+    }
+
+    pub fn needs_maps(&self) -> bool {
+        self.method == MethodName::Tin && self.settings.selector == SelectorName::Bounded
     }
 
     fn tin_options(&self) -> tin_lod::Options {

@@ -16,7 +16,7 @@ use crate::choices::{
 use crate::cli::{BenchArgs, MethodArgs};
 use crate::dem;
 use crate::fault::{Cause, Fault};
-use crate::maps::Maps;
+use crate::maps::{Kept, Maps};
 use crate::methods::{MethodName, Run, Settings};
 
 /// The suites in `data/suites`.
@@ -363,15 +363,17 @@ impl Bench {
         })
     }
 
-    /// Gets the threshold maps that the runs need, once for all passes. That takes a while.
-    pub fn prepare_maps(&mut self, keep: bool) -> Result<(), Fault> {
-        let file = Path::new(&self.suite.dem);
-        if keep && !file.is_file() {
+    /// Gets the threshold maps that the runs need, once for all passes. That takes a while. `keep`: in files beside the
+    /// DEM's, which are read, and written if `may_write`.
+    pub fn prepare_maps(&mut self, keep: bool, may_write: bool) -> Result<(), Fault> {
+        let (file, needs_maps) = (Path::new(&self.suite.dem), self.runs.iter().any(Run::needs_maps));
+        if keep && needs_maps && !file.is_file() {
             let message =
                 format!("{}: no file to keep threshold maps beside; expected a DEM in a file", self.suite.dem);
             return Err(Fault::usage(message + ", or no --keep-maps"));
         }
-        self.maps = Maps::of(&self.runs, &self.dem.heightmap, keep.then_some(file))?;
+        let kept = keep.then_some(Kept { beside: file, may_write });
+        self.maps = Maps::of(&self.runs, &self.dem.heightmap, kept);
         Ok(())
     }
 

@@ -22,7 +22,8 @@ use std::sync::Arc;
 
 use cpu_time::ProcessTime;
 use terrain_core::{Camera, FramePlan, FrameStats, Heightmap, Lens, LodMethod, SplitMix64, View};
-use tin_lod::{Mask, Options, PatchGrid, Selection, ThresholdMap, Tin};
+use tin_lod::levels::NodeLevels;
+use tin_lod::{Mask, NodeMaps, Nodes, Options, PatchGrid, Selection, Tin};
 
 const FRAMES: u32 = 600;
 const JUMPS: u32 = 200;
@@ -44,12 +45,13 @@ fn main() {
 }
 
 fn measure(name: &str, dem: Arc<Heightmap>) {
-    let grid = PatchGrid::new(&dem, Options::default().patch);
-    println!("\n{name}: {} x {} samples, {} patches", dem.columns(), dem.rows(), grid.patches());
+    let options = Options::default();
+    let nodes = Nodes::new(&dem, options.patch, options.group());
+    println!("\n{name}: {} x {} samples, {} patches", dem.columns(), dem.rows(), nodes.patches().patches());
     let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
-    let (_, build_ms) = timed_ms(|| pool.install(|| ThresholdMap::build(&dem, &grid, &|_, _| {})));
+    let (_, build_ms) = timed_ms(|| pool.install(|| NodeMaps::build(&dem, nodes.clone())));
     println!("  threshold map: {:.2} s", build_ms / 1e3);
-    print_memory(&dem, &grid);
+    print_memory(&dem, &nodes);
     for culling in [true, false] {
         let seen = if culling { "in view" } else { "whole DEM" };
         Flown::over(&dem, culling, flight(&dem)).print(&format!("flight, {seen}"));
@@ -132,7 +134,7 @@ impl Flown {
     }
 }
 
-fn print_memory(dem: &Arc<Heightmap>, grid: &PatchGrid) {
+fn print_memory(dem: &Arc<Heightmap>, nodes: &Nodes) {
     let before = resident_bytes();
     let mut tin = Tin::new(dem.clone(), Options::default()).unwrap();
     let built = resident_bytes();
@@ -141,9 +143,14 @@ fn print_memory(dem: &Arc<Heightmap>, grid: &PatchGrid) {
     let planned = resident_bytes();
 
     let (samples, buffers) = (dem.heights_m().len() as f64, tin.buffers());
-    let (patches, edges, side) = (grid.patches() as f64, grid.edges() as f64, grid.side() as f64);
-    let map = (edges + patches * (side - 1.0)) * side / samples;
-    let selections = patches * (size_of::<Selection>() as f64 + (side - 1.0) * size_of::<Mask>() as f64) / samples;
+    let of_grids = |bytes: fn(f64, f64, f64) -> f64| {
+        let of_grid = |grid: &PatchGrid| bytes(grid.patches() as f64, grid.edges() as f64, grid.side() as f64);
+        nodes.grids().map(of_grid).sum::<f64>() / samples
+    };
+    let map = of_grids(|patches, edges, side| (edges + patches * (side - 1.0)) * side);
+    let of_node =
+        |side: f64| (size_of::<Selection>() + size_of::<NodeLevels>()) as f64 + side * size_of::<Mask>() as f64;
+    let selections = nodes.patches().patches() as f64 * of_node(nodes.patches().side() as f64) / samples;
     let heights = size_of::<f32>() as f64;
     let cpu = heights + map + selections;
     println!("  CPU: {cpu:.2} bytes a sample = heights {heights:.2} + map {map:.2} + selections {selections:.2}");

@@ -4,7 +4,8 @@
 //!
 //! The DEM is divided into square patches. For each patch in view whose projected error has changed, the samples to
 //! keep are selected (Algorithm 1), connected by a Delaunay triangulation in the plane, and written to the patch's
-//! region of the index buffer; the vertex buffer is the DEM and never changes (but for [`Options::smoothing`]).
+//! room in the index buffer; the vertex buffer holds the DEM's samples and never changes (but for
+//! [`Options::smoothing`]).
 //!
 //! | in the paper | here |
 //! |---|---|

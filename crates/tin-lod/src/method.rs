@@ -56,7 +56,7 @@ enum Updates {
 }
 
 impl Tin {
-    /// Prepares the patches of a DEM and their coarsest triangulation.
+    /// Prepares the patches and groups of a DEM and its coarsest mesh.
     pub fn new(heightmap: Arc<Heightmap>, options: Options) -> Result<Self, TinError> {
         Self::with(heightmap, options, None, HAND_OVER)
     }
@@ -79,6 +79,7 @@ impl Tin {
         if maps.as_ref().is_some_and(|maps| *maps.nodes() != nodes) {
             return Err(TinError::Maps);
         }
+        check_size(&heightmap, &nodes, &options)?;
         let fault =
             |error: &dyn std::fmt::Display| TinError::Threads { threads: options.threads, reason: error.to_string() };
         let pool = rayon::ThreadPoolBuilder::new()
@@ -119,7 +120,7 @@ impl Tin {
         })
     }
 
-    /// Static buffers, once: the DEM's vertices, and the coarsest triangles of every patch.
+    /// Once: the DEM's vertices, and the coarsest mesh.
     fn initialise(&mut self, plan: &mut FramePlan) {
         if let Some(coarsest) = self.coarsest.take() {
             plan.upload(Buffer::Vertices, 0, &self.strips.fill(&self.heightmap));
@@ -200,9 +201,25 @@ impl Tin {
     }
 }
 
+/// Vertices and indices are numbered in 32 bits, and what a draw adds to indices has a sign.
+fn check_size(heightmap: &Heightmap, nodes: &Nodes, options: &Options) -> Result<(), TinError> {
+    let vertices = options.vertex_strips(heightmap).vertices();
+    let places = nodes.roots().map(|root| nodes.places(root).end).max().unwrap_or(0) as u64;
+    let indices = match options.index_store {
+        IndexStore::Fixed => places * indices_of_patch(options) as u64,
+        IndexStore::Packed => 0,
+    };
+    let fits = vertices <= i32::MAX as u64 && indices <= u32::MAX as u64;
+    if fits { Ok(()) } else { Err(TinError::Size { vertices, indices }) }
+}
+
+fn indices_of_patch(options: &Options) -> u32 {
+    6 * options.patch * options.patch
+}
+
 /// Room for a fully refined node (the triangulation of all its samples has two triangles a quad), or by need.
 fn rooms(nodes: &Nodes, options: &Options) -> Rooms {
-    let of_patch = 6 * options.patch * options.patch;
+    let of_patch = indices_of_patch(options);
     let fixed = |node| {
         let Range { start, end } = nodes.places(node);
         start * of_patch..end * of_patch

@@ -6,7 +6,7 @@ use terrain_core::View;
 #[derive(Default)]
 pub(crate) struct Odometer {
     last: Option<Box<View>>,
-    /// Since the beginning; never less than the distance between any two places of the eye.
+    /// Since the beginning; but for rounding never less than the distance between any two places of the eye.
     metres: f64,
 }
 

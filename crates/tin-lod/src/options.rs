@@ -12,8 +12,8 @@ pub enum Selector {
     /// Those that Algorithm 1 of the paper selects. The tolerance steers it and is **not** a bound of the error.
     Algorithm1,
     /// Those that a greedy insertion needs at the patch's tolerance: no sample of the DEM in a patch is farther from
-    /// its mesh than the tolerance. Needs [`Triangulator::Grid`] and [`EdgePolicy::Matched`], and a precomputed byte a
-    /// sample.
+    /// its mesh than the tolerance. Needs [`Triangulator::Grid`] and [`EdgePolicy::Matched`], and threshold maps:
+    /// a byte a sample for each size of node, computed before the first plan.
     #[default]
     Bounded,
 }
@@ -147,6 +147,14 @@ pub enum TinError {
     /// The bound is one for the DEM's heights.
     #[error("smoothing needs the selector algorithm1")]
     Smoothing,
+    /// More vertices, or more room for indices, than 32 bits number.
+    #[error("{vertices} vertices and room for {indices} indices: expected at most 2^31 and 2^32; use a smaller DEM")]
+    Size {
+        /// Vertices of the DEM.
+        vertices: u64,
+        /// Indices of all rooms, where rooms are fixed.
+        indices: u64,
+    },
     /// No thread at all.
     #[error("0 threads: expected 1 or more")]
     NoThreads,

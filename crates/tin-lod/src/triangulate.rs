@@ -46,9 +46,10 @@ pub struct KeptSamples<'a> {
     /// Samples kept on the `depth - 1` rows between the northern and the southern side: bit `i` for column `i`, of
     /// the columns 1 to `width - 1`.
     pub interior: &'a [Mask],
-    /// Index of the north-western corner in the vertex buffer.
+    /// Index of the north-western corner in the vertex buffer (or 0, for indices that the draw adds it to).
     pub first_index: u32,
-    /// Indices from one row of the vertex buffer to the next: the DEM's samples along x.
+    /// Indices from one row of the vertex buffer to the next: the DEM's samples along x where it holds the whole DEM
+    /// row by row.
     pub row_stride: u32,
 }
 

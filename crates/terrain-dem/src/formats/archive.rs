@@ -7,7 +7,8 @@ use flate2::read::{DeflateDecoder, MultiGzDecoder};
 use crate::DemError;
 use crate::input::Input;
 
-const GZIP: &[u8] = b"\x1f\x8b";
+/// With deflate, the only method there is.
+const GZIP: &[u8] = b"\x1f\x8b\x08";
 const ZIP: &[u8] = b"PK\x03\x04";
 
 /// Where a zip's list of files may end at the latest: its last record, and a comment of 64 KiB.

@@ -8,6 +8,9 @@ use crate::georef::Spacing;
 use crate::input::Input;
 use crate::raster::Facts;
 
+/// Why a grid in degrees may have no spacing.
+const NO_LATITUDE: &str = "its cells are in degrees, and it does not say at what latitude";
+
 /// The longest `.prj` that is read, in bytes.
 const MAX_PRJ: u64 = 1 << 16;
 
@@ -23,9 +26,18 @@ pub fn set(facts: &mut Facts, keys: &Keys, input: &Input) {
 
     let prj = prj(input);
     facts.crs = prj.as_deref().map(crs_name);
+    if prj.is_some() && prj.as_deref().and_then(system).is_none() {
+        facts
+            .warnings
+            .push("the .prj beside it is not understood; if the spacing below is wrong, say --spacing".into());
+    }
     facts.spacing = match (prj.as_deref().and_then(system), middle) {
         (Some(System::Projected { metres }), _) => Some(Spacing::Metres([x * metres, z * metres])),
         (Some(System::Geographic), Some(latitude)) => Some(Spacing::Degrees { degrees: [x, z], latitude }),
+        (Some(System::Geographic), None) => {
+            facts.no_spacing = Some(NO_LATITUDE.into());
+            None
+        }
         // Without a `.prj` nothing says which it is. A cell of less than 0.1 at a place that degrees can name is in
         // degrees: the finest DEMs have decimetres, the coarsest in degrees a few arc-minutes.
         (None, Some(latitude)) if x < 0.1 && z < 0.1 && latitude.abs() < 90.0 => {
@@ -58,6 +70,11 @@ enum System {
 /// What a well-known text, or ESRI's older list of words, says.
 fn system(prj: &str) -> Option<System> {
     let upper = prj.to_uppercase();
+    // A system of heights after that of the plane has a unit of its own.
+    let plane = ["VERTCS", "VERT_CS", "VERTCRS"].iter().filter_map(|word| upper.find(word)).min();
+    let upper = &upper[..plane.unwrap_or(upper.len())];
+    let start = upper.find("PROJC").or(upper.find("GEOGC")).filter(|_| upper.starts_with("COMP")).unwrap_or(0);
+    let upper = &upper[start..];
     if upper.starts_with("GEOGCS") || upper.starts_with("GEOGCRS") || upper.contains("PROJECTION GEOGRAPHIC") {
         return Some(System::Geographic);
     }
@@ -67,7 +84,9 @@ fn system(prj: &str) -> Option<System> {
         let factor = upper[unit..].split(',').nth(1)?.split([']', ',']).next()?.trim().parse().ok()?;
         return Some(System::Projected { metres: factor });
     }
-    None
+    let is_old_list = upper.starts_with("PROJECTION ");
+    let unit = [("UNITS METERS", 1.0), ("UNITS FEET", 1200.0 / 3937.0)].into_iter().find(|unit| upper.contains(unit.0));
+    unit.filter(|_| is_old_list).map(|(_, metres)| System::Projected { metres })
 }
 
 /// The name in `PROJCS["name",...`, or the start of the text.
@@ -89,5 +108,11 @@ mod tests {
         assert_eq!(system(r#"GEOGCS["WGS 84",UNIT["degree",0.0174]]"#), Some(System::Geographic));
         assert_eq!(system("Projection GEOGRAPHIC Datum WGS84"), Some(System::Geographic));
         assert_eq!(system("something else"), None);
+        let heights = r#",VERTCS["NAVD88",VDATUM["NAVD88"],UNIT["Foot_US",0.3048006096012192]]"#;
+        assert_eq!(system(&[utm, heights].concat()), Some(System::Projected { metres: 1.0 }));
+        let compound = format!(r#"COMPD_CS["both",{utm}{heights}]"#);
+        assert_eq!(system(&compound), Some(System::Projected { metres: 1.0 }));
+        let old = "Projection STATEPLANE Datum NAD83 Zunits NO Units FEET Spheroid GRS1980";
+        assert_eq!(system(old), Some(System::Projected { metres: 1200.0 / 3937.0 }));
     }
 }
