@@ -186,16 +186,18 @@ fn the_worker_catches_up_when_the_camera_rests() {
 #[test]
 fn a_worker_that_has_caught_up_draws_what_a_plan_that_waits_draws() {
     let dem = Arc::new(synthetic::generate(193, 250, 7));
-    for edge_policy in [EdgePolicy::Matched, EdgePolicy::Paper] {
+    let (matched, paper) = (EdgePolicy::Matched, EdgePolicy::Paper);
+    let (algorithm1, bounded) = (Selector::Algorithm1, Selector::Bounded);
+    for (selector, edge_policy) in [(algorithm1, matched), (algorithm1, paper), (bounded, matched)] {
         // Fixed rooms: equal draws are equal triangles, in whatever order the updates came.
-        let (selector, index_store) = (Selector::Algorithm1, IndexStore::Fixed);
+        let index_store = IndexStore::Fixed;
         let options = Options { patch: 16, edge_policy, selector, index_store, ..Default::default() };
         for view in RandomWalk::new(8, &dem).step_by(20).take(10) {
             let (mut waits, mut races) = (Tin::new(dem.clone(), options).unwrap(), live(&dem, options));
             let (mut expected, mut plan) = (FramePlan::default(), FramePlan::default());
             waits.plan(&view, &mut expected);
             settle(&mut races, &view, &mut plan);
-            assert_eq!(plan.draws, expected.draws, "{edge_policy:?}");
+            assert_eq!(plan.draws, expected.draws, "{options:?}");
         }
     }
 }
