@@ -2,6 +2,7 @@
 
 use std::io::{Cursor, Read};
 
+use flate2::Crc;
 use flate2::read::{DeflateDecoder, MultiGzDecoder};
 
 use crate::DemError;
@@ -41,12 +42,34 @@ fn unzip(mut input: Input, limit: u64) -> Result<Input, DemError> {
     }
     let [name, extra] = [26, 28].map(|at| u16::from_le_bytes([header[at], header[at + 1]]) as u64);
     let packed = input.bytes_at(file.offset + 30 + name + extra, file.packed_bytes)?;
+    if file.bytes > limit {
+        return Err(too_long(&input, limit));
+    }
+    // One byte more than the list says shows that it is wrong.
+    let limit = file.bytes;
     let bytes = match file.method {
         0 => read_within(Cursor::new(packed), limit),
         8 => read_within(DeflateDecoder::new(Cursor::new(packed)), limit),
         method => return Err(input.refuse(format!("a zip of method {method}; expected deflate: unzip it"))),
     };
+    if let Ok(bytes) = &bytes
+        && (bytes.len() as u64 != file.bytes || crc(bytes) != file.crc)
+    {
+        return Err(
+            input.refuse("a zip whose file has other bytes than its list says; expected a whole zip: fetch it again")
+        );
+    }
     finish(input, file.name, bytes, limit)
+}
+
+fn crc(bytes: &[u8]) -> u32 {
+    let mut crc = Crc::new();
+    crc.update(bytes);
+    crc.sum()
+}
+
+fn too_long(input: &Input, limit: u64) -> DemError {
+    input.refuse(format!("an archive of more than {limit} bytes; expected at most that: unpack it"))
 }
 
 /// One byte beyond the limit, so that what is too long can be told.
@@ -59,7 +82,7 @@ fn finish(input: Input, name: String, bytes: std::io::Result<Vec<u8>>, limit: u6
     let bytes =
         bytes.map_err(|e| input.refuse(format!("a broken archive ({e}); expected a whole one: fetch it again")))?;
     if bytes.len() as u64 > limit {
-        return Err(input.refuse(format!("an archive of more than {limit} bytes; expected at most that: unpack it")));
+        return Err(too_long(&input, limit));
     }
     let name = name.rsplit(['/', '\\']).next().unwrap_or_default().to_owned();
     let shown = format!("{}, {}", input.shown, name.escape_debug());
@@ -70,7 +93,9 @@ fn finish(input: Input, name: String, bytes: std::io::Result<Vec<u8>>, limit: u6
 struct Packed {
     name: String,
     method: u16,
+    crc: u32,
     packed_bytes: u64,
+    bytes: u64,
     offset: u64,
 }
 
@@ -78,6 +103,11 @@ struct Packed {
 fn the_file(input: &mut Input) -> Result<Packed, DemError> {
     let mut files = list(input)?;
     files.retain(|file| !file.name.ends_with('/'));
+    if files.iter().any(|file| file.name.to_lowercase().ends_with(".prj")) {
+        let reason =
+            "a zip with a .prj, which says in what unit the cells are; expected the files themselves: unzip it";
+        return Err(input.refuse(reason));
+    }
     if files.len() > 1 {
         let is_dem = |file: &Packed| {
             let name = file.name.to_lowercase();
@@ -110,7 +140,9 @@ fn list(input: &mut Input) -> Result<Vec<Packed>, DemError> {
         files.push(Packed {
             name: String::from_utf8_lossy(name_bytes).into_owned(),
             method: u16_at(rest, 10),
+            crc: u32_at(rest, 16),
             packed_bytes: u32_at(rest, 20) as u64,
+            bytes: u32_at(rest, 24) as u64,
             offset: u32_at(rest, 42) as u64,
         });
         rest = rest.get(46 + name + extra + comment..).unwrap_or_default();

@@ -176,6 +176,8 @@ fn archives() -> Vec<Case> {
     method[list + 10] = 12;
     let mut astray = zip.clone();
     astray[list + 42] = 7;
+    let mut changed = zip.clone();
+    changed[list + 16] ^= 1;
     let small = ReadOptions { max_samples: Some(25), ..ReadOptions::default() };
     let bomb = writers::gzip(&vec![0; 10 << 20]);
     vec![
@@ -194,6 +196,8 @@ fn archives() -> Vec<Case> {
         case("zip of nothing", "a.zip", [b"PK\x03\x04".as_slice(), &writers::zip(&[])].concat()),
         case("zip of another method", "a.zip", method),
         case("zip whose list points elsewhere", "a.zip", astray),
+        case("zip with a wrong checksum", "a.zip", changed),
+        case("zip of a grid and its .prj", "a.zip", writers::zip(&[("a.asc", b"ncols 2"), ("a.prj", b"PROJCS")])),
     ]
 }
 

@@ -86,8 +86,11 @@ pub fn zip(files: &[(&str, &[u8])]) -> Vec<u8> {
         packed.write_all(plain).unwrap();
         let packed = packed.finish().unwrap();
         let offset = out.len() as u32;
+        let mut crc = flate2::Crc::new();
+        crc.update(plain);
         let fields = |head: &[u8], extra: &[u8], tail: &[u8]| {
-            let mut fields = [head, &20u16.to_le_bytes(), &[0, 0], &8u16.to_le_bytes(), &[0; 8]].concat();
+            let mut fields = [head, &20u16.to_le_bytes(), &[0, 0], &8u16.to_le_bytes(), &[0; 4]].concat();
+            fields.extend(crc.sum().to_le_bytes());
             fields.extend((packed.len() as u32).to_le_bytes());
             fields.extend((plain.len() as u32).to_le_bytes());
             fields.extend((name.len() as u16).to_le_bytes());

@@ -210,6 +210,16 @@ impl Keys {
                         "web Mercator metres are too long away from the equator: gdalwarp to the zone's UTM mends it";
                     facts.warnings.push(warning.to_owned());
                 }
+                let utm_or_mercator =
+                    |epsg: &u32| [32601..=32660, 32701..=32760, 3857..=3857].iter().any(|r| r.contains(epsg));
+                if let (None, Some(epsg)) = (self.whole(LINEAR_UNIT), self.whole(PROJECTED_CRS).map(u32::from))
+                    && !utm_or_mercator(&epsg)
+                    && epsg != u32::from(USER_DEFINED)
+                {
+                    let warning =
+                        format!("the unit of EPSG:{epsg} is not in the file: taken as metres; --spacing if not");
+                    facts.warnings.push(warning);
+                }
                 if facts.unit.is_none() && metres != 1.0 {
                     let warning =
                         "places are in feet, heights say no unit and are taken as metres; --unit us-foot if not";
