@@ -37,7 +37,7 @@ pub const BLOCK: u32 = 8;
 /// Levels of the blocks of a patch, row by row; [`FULL`] beyond its ends.
 pub type BlockLevels = [[Level; 8]; 8];
 
-/// The levels of a node; none above [`COARSEST`](crate::ladder::COARSEST).
+/// The levels of a node; none above [`COARSEST`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum NodeLevels {
     /// That of its nearest point.
