@@ -4,18 +4,18 @@
 //! `cargo bench -p tin-lod --bench bounded [-- path/to/dem.png spacing scale]`; without arguments the Puget Sound DEM
 //! that lies beside the project on some machines, or else synthetic terrain of the same size.
 
+#[path = "../common/mod.rs"]
+mod common;
 mod flight;
 mod sizes;
 #[path = "../../tests/bounded/whole_dem.rs"]
 mod whole_dem;
 
-use std::path::{Path, PathBuf};
 use std::sync::{Arc, LazyLock};
 use std::time::Instant;
 
-use cpu_time::ProcessTime;
-use terrain_core::{Camera, Heightmap, Lens, View};
-use terrain_dem::ReadOptions;
+use common::cpu_ms;
+use terrain_core::Heightmap;
 use tin_lod::ladder;
 use tin_lod::{KeptSamples, NodeId, NodeMaps, Nodes, Options, Selection, Triangulator};
 use whole_dem::{Leveled, Mesh, WholeDem};
@@ -25,7 +25,7 @@ const BUILDS: usize = 9;
 const FRAMES: usize = 51;
 
 fn main() {
-    let (name, dem) = open();
+    let (name, dem) = common::open();
     println!("{name}: {} x {} samples, patch {PATCH} where nothing else is said", dem.columns(), dem.rows());
     time_build(&dem);
     let whole = WholeDem::new(dem.clone(), PATCH, 1);
@@ -49,21 +49,6 @@ fn main() {
     flight::compare(&dem, &settings);
 }
 
-fn open() -> (String, Heightmap) {
-    let arguments: Vec<String> = std::env::args().skip(1).filter(|a| a != "--bench").collect();
-    let beside = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/dem/ps_1025.png");
-    let (path, spacing_m, scale) = match &arguments[..] {
-        [path, spacing, scale] => (PathBuf::from(path), spacing.parse().unwrap(), scale.parse().unwrap()),
-        _ => (beside, 160.0, 0.1),
-    };
-    if !path.is_file() {
-        return ("synthetic".to_owned(), terrain_dem::synthetic::generate(1025, 1025, 1));
-    }
-    let options = ReadOptions { spacing_m: Some([spacing_m; 2]), scale: Some(scale), ..Default::default() };
-    let dem = terrain_dem::read(&path, &options).unwrap();
-    (dem.name, dem.heightmap.as_ref().clone())
-}
-
 fn time_build(dem: &Heightmap) {
     let pools = [1, 2].map(|threads| rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap());
     for group in [1, 2] {
@@ -79,11 +64,6 @@ fn time_build(dem: &Heightmap) {
 fn wall_ms() -> f64 {
     static START: LazyLock<Instant> = LazyLock::new(Instant::now);
     START.elapsed().as_secs_f64() * 1e3
-}
-
-/// Of all threads of this program: other programs do not count.
-fn cpu_ms() -> f64 {
-    ProcessTime::now().as_duration().as_secs_f64() * 1e3
 }
 
 /// Runs the ways `0..N` in turn, again and again; the median time of each.
@@ -113,7 +93,7 @@ fn uniform(whole: &WholeDem, tolerance_m: f64) {
 
 /// The whole DEM without culling, on one thread.
 fn view_dependent(whole: &WholeDem, tolerance_px: f64) {
-    let view = view(&whole.dem);
+    let view = common::above_the_middle(&whole.dem);
     let (leveled, mut mesh) = (whole.of_view(&view, tolerance_px, false), Mesh::default());
     let mut indices = Vec::new();
     let [select_ms, unchecked_ms, whole_ms] = medians_ms(FRAMES, cpu_ms, |way| match way {
@@ -141,13 +121,6 @@ fn view_dependent(whole: &WholeDem, tolerance_px: f64) {
         1e3 * repair.samples as f64 / triangles as f64,
         repair.rounds
     );
-}
-
-/// 100 m above the ground at the middle, 1280 x 720 pixels, 60 degrees.
-fn view(dem: &Heightmap) -> View {
-    let [x, z] = dem.extent_m().map(|extent| extent / 2.0);
-    let camera = Camera { eye_world: [x, dem.ground_m(x, z) + 100.0, z].into(), heading: 0.0, pitch: 0.0 };
-    View::new(&camera, &Lens { fov_y: 60f64.to_radians(), size_px: [1280, 720], near_m: 1.0 }).unwrap()
 }
 
 fn select(whole: &WholeDem, leveled: &Leveled, mut then: impl FnMut(NodeId, &Selection)) {
