@@ -3,8 +3,8 @@
 
 use crate::border::Border;
 use crate::grid::{Patch, Square};
-use crate::odometer::{NEVER, Odometer};
 use crate::rule::{Answer, Rule};
+use terrain_core::odometer::{NEVER, Odometer};
 
 /// Comparisons of a block's error with a distance. With the same wishes and the same answers the pass would take the
 /// same course.

@@ -16,8 +16,8 @@ use crate::border::{Border, BorderChild, sides_of};
 use crate::checks::{Checks, Verdicts};
 use crate::grid::{BOTH_HALVES, Grid, Half, Patch, Square};
 use crate::levels::Split;
-use crate::odometer::Odometer;
 use crate::rule::Rule;
+use terrain_core::odometer::Odometer;
 
 /// The pass up the levels, and the decisions that it has made.
 pub(crate) struct Closure {

@@ -6,9 +6,9 @@
 use crate::blocks::Side;
 use crate::closure::Closure;
 use crate::grid::{BOTH_HALVES, Grid, Half, Patch, Square};
-use crate::odometer::Odometer;
 use crate::rule::Rule;
 use crate::wishes::Wishes;
+use terrain_core::odometer::Odometer;
 
 /// A set of patches: bits by level and square. Nothing on level 0, which has nothing finer.
 #[derive(Clone)]
@@ -162,6 +162,6 @@ impl Levels {
     /// Decides all anew in the next view.
     #[cfg(test)]
     pub fn forget(&mut self) {
-        self.odometer.forget();
+        self.odometer = Odometer::default();
     }
 }

@@ -28,7 +28,7 @@
 //! - 8 index lists: the plain patch and all 7 matching blocks of Figure 2. The paper counts 7 in all; the block with
 //!   three collapsed sides can never be drawn, so that 7 are in use (`blocks`, `border`);
 //! - the whole DEM is in memory, and cells are not loaded (`method`);
-//! - no threads: levels are computed within the plan, and only those that the view may have changed (`odometer`);
+//! - no threads: levels are computed within the plan, and only those that the view may have changed (`terrain_core::odometer`);
 //! - besides one draw a patch, one draw a cell (`merged_cell`) and instances (`instanced`).
 
 mod blocks;
@@ -46,7 +46,6 @@ mod leaves;
 mod levels;
 mod merged_cell;
 mod method;
-mod odometer;
 mod options;
 mod per_patch;
 mod rooms;

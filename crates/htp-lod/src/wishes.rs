@@ -4,8 +4,8 @@
 //! A frame visits only the squares where that has come, which are few: see `odometer`.
 
 use crate::grid::{BOTH_HALVES, Grid, Square};
-use crate::odometer::{NEVER, Odometer, PASSED};
 use crate::rule::Rule;
+use terrain_core::odometer::{NEVER, Odometer, PASSED};
 
 /// The wishes of all patches above the finest layer.
 pub(crate) struct Wishes {

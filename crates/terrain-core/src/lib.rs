@@ -10,6 +10,7 @@ pub mod flight;
 mod heightmap;
 mod method;
 mod mirror;
+pub mod odometer;
 mod plan;
 mod random;
 pub mod source;

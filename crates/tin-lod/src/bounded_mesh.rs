@@ -10,6 +10,7 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use rayon::prelude::*;
+use terrain_core::odometer::{Odometer, PASSED};
 use terrain_core::{Heightmap, View, WorkReport};
 
 use crate::border::Cut;
@@ -19,7 +20,6 @@ use crate::levels::{Boxes, NodeLevels};
 use crate::mesh::{SelectedFor, Triangulated, Update};
 use crate::node_maps::NodeMaps;
 use crate::nodes::{NodeId, Nodes, Owners};
-use crate::odometer::Odometer;
 use crate::options::Options;
 use crate::selection::Selection;
 use crate::vertices::VertexPlace;
@@ -30,8 +30,8 @@ pub(crate) struct BoundedMesh {
     place: VertexPlace,
     boxes: Arc<Boxes>,
     odometer: Odometer,
-    /// Of each root the metres on the odometer up to which its levels are right.
-    right_until_m: Vec<f64>,
+    /// Of each root when it is to be looked at again.
+    deadlines_m: Vec<f64>,
     /// Of all nodes, those that are not in the cut too.
     levels: Vec<NodeLevels>,
     owners: Owners,
@@ -69,7 +69,7 @@ impl BoundedMesh {
             place: options.vertex_strips(heightmap).place(),
             boxes,
             odometer: Odometer::default(),
-            right_until_m: vec![f64::NEG_INFINITY; nodes.roots().len()],
+            deadlines_m: vec![PASSED; nodes.roots().len()],
             levels: vec![NodeLevels::Uniform(COARSEST); nodes.len()],
             owners: Owners::roots(nodes),
             selections: vec![None; nodes.len()],
@@ -91,7 +91,7 @@ impl BoundedMesh {
     /// The roots of the patches in view that an update for this view would change.
     pub fn outdated(&mut self, options: &Options, view: &View, visible: &[u32]) -> Vec<NodeId> {
         if !self.odometer.advance(view) {
-            self.right_until_m.fill(f64::NEG_INFINITY);
+            self.deadlines_m.fill(PASSED);
         }
         let mut roots: Vec<NodeId> = visible.iter().map(|patch| self.nodes().root_of(*patch)).collect();
         roots.sort_unstable();
@@ -103,7 +103,7 @@ impl BoundedMesh {
     /// Looks at a root unless the eye has not moved far enough since the last time.
     fn is_outdated(&mut self, root: NodeId, options: &Options, view: &View) -> bool {
         let place = (root - self.nodes().roots().start) as usize;
-        if self.odometer.metres() < self.right_until_m[place] {
+        if !self.odometer.has_passed(self.deadlines_m[place]) {
             return false;
         }
         let mut least_slack_m = f64::INFINITY;
@@ -114,7 +114,7 @@ impl BoundedMesh {
             }
             least_slack_m = least_slack_m.min(slack_m);
         }
-        self.right_until_m[place] = self.odometer.metres() + least_slack_m;
+        self.deadlines_m[place] = self.odometer.deadline_m(least_slack_m);
         false
     }
 
@@ -229,10 +229,10 @@ mod tests {
                 let is_outdated =
                     |root: &NodeId| mesh.nodes().tree(*root).any(|n| mesh.levels[n as usize] != levels(n));
                 let expected: Vec<NodeId> = mesh.nodes().roots().filter(is_outdated).collect();
-                let right_until_m = mesh.right_until_m.clone();
+                let deadlines_m = mesh.deadlines_m.clone();
                 assert_eq!(mesh.outdated(&options, &view, &all), expected, "blocks {blocks}, frame {frame}");
-                for until_m in right_until_m {
-                    *(if mesh.odometer.metres() < until_m { &mut skipped } else { &mut looked_at }) += 1;
+                for deadline_m in deadlines_m {
+                    *(if mesh.odometer.has_passed(deadline_m) { &mut looked_at } else { &mut skipped }) += 1;
                 }
                 mesh.update(&dem, &options, &view, &expected);
             }

@@ -116,7 +116,7 @@ impl Boxes {
         let distance_m = view.distance_m(self.of(node));
         let Some(blocks) = self.blocks.as_ref().filter(|blocks| blocks.may_have_levels(node)) else {
             let (level, slack_m) = level_and_slack_m(view, tolerance_px, distance_m, 1);
-            return (NodeLevels::Uniform(level), less_rounding_m(slack_m, distance_m));
+            return (NodeLevels::Uniform(level), slack_m);
         };
         // Within the reach or beyond it is a change as well.
         let mut slack_m = (distance_m - blocks.reach_m).abs();
@@ -130,13 +130,8 @@ impl Boxes {
         } else {
             NodeLevels::Uniform(level_at(distance_m, 1))
         };
-        (levels, less_rounding_m(slack_m, distance_m))
+        (levels, slack_m)
     }
-}
-
-/// A billionth less, for what is rounded on the way.
-fn less_rounding_m(slack_m: f64, distance_m: f64) -> f64 {
-    (slack_m - 1e-9 * (distance_m + 1.0)).max(0.0)
 }
 
 /// The level at a distance from the eye, rounded down to a multiple of `step`, and how much nearer or farther it ends.

@@ -42,7 +42,6 @@ mod mesh;
 mod method;
 mod node_maps;
 mod nodes;
-mod odometer;
 mod options;
 mod patches;
 mod select;

@@ -5,19 +5,22 @@
 //! length stands until the eye has moved that far: until the odometer shows its *deadline*. That is exact, and turning
 //! the camera costs nothing.
 
-use terrain_core::View;
+use glam::DVec3;
+
+use crate::View;
 
 /// The way of the eye so far, in metres.
 #[derive(Default)]
-pub(crate) struct Odometer {
-    previous: Option<View>,
+pub struct Odometer {
+    /// Where the eye was, and how many pixels a metre had at a metre.
+    previous: Option<(DVec3, f64)>,
     reading_m: f64,
 }
 
 /// A deadline that has passed before the first plan.
-pub(crate) const PASSED: f64 = f64::NEG_INFINITY;
+pub const PASSED: f64 = f64::NEG_INFINITY;
 /// The deadline of what no movement changes.
-pub(crate) const NEVER: f64 = f64::INFINITY;
+pub const NEVER: f64 = f64::INFINITY;
 
 /// Subtracted from all slack: more than sums and distances lose by rounding on the longest way.
 const MARGIN_M: f64 = 1e-3;
@@ -27,12 +30,14 @@ const LONGEST_M: f64 = 1e6;
 impl Odometer {
     /// Adds the way to a new view. Returns false where all decisions must be made anew, whatever their deadlines.
     pub fn advance(&mut self, view: &View) -> bool {
-        let previous = self.previous.replace(view.clone());
-        let Some(previous) = previous.filter(|previous| same_lens(previous, view)) else {
+        let scale = view.pixels(1.0, 1.0);
+        let previous = self.previous.replace((view.eye_world, scale));
+        // With another lens lengths on the screen are others at the same distance.
+        let Some((eye_world, _)) = previous.filter(|previous| previous.1 == scale) else {
             self.reading_m = 0.0;
             return false;
         };
-        self.reading_m += previous.eye_world.distance(view.eye_world);
+        self.reading_m += eye_world.distance(view.eye_world);
         if self.reading_m > LONGEST_M {
             self.reading_m = 0.0;
             return false;
@@ -49,15 +54,4 @@ impl Odometer {
     pub fn deadline_m(&self, slack_m: f64) -> f64 {
         self.reading_m + (slack_m - MARGIN_M).max(0.0)
     }
-
-    /// Forgets the last view: the next one decides all anew.
-    #[cfg(test)]
-    pub fn forget(&mut self) {
-        self.previous = None;
-    }
-}
-
-/// Whether lengths on the screen are the same at the same distance.
-fn same_lens(a: &View, b: &View) -> bool {
-    a.pixels(1.0, 1.0) == b.pixels(1.0, 1.0)
 }
