@@ -35,6 +35,7 @@ mod blocks;
 mod border;
 mod cell_layout;
 mod cell_vertices;
+mod cells;
 mod checks;
 mod closure;
 mod deviation;
@@ -53,5 +54,6 @@ mod rule;
 mod slots;
 mod wishes;
 
+pub use cells::{Cell, CellsHeader, Resident};
 pub use method::Htp;
 pub use options::{Batching, HtpError, LevelMetric, Options};

@@ -7,6 +7,7 @@
 pub mod contract;
 pub mod error;
 pub mod flight;
+mod height_tiles;
 mod heightmap;
 mod method;
 mod mirror;
@@ -21,6 +22,7 @@ pub mod walk;
 pub mod watertight;
 
 pub use flight::{Flight, FlightError, FlightPath};
+pub use height_tiles::{HeightFormat, HeightTiles};
 pub use heightmap::{Heightmap, HeightmapError};
 pub use method::LodMethod;
 pub use mirror::{MeshMirror, MirrorError, Triangle};

@@ -131,6 +131,11 @@ impl PatchTag {
         debug_assert!(self.level < 16 && self.patch < 1 << 27, "{self:?}");
         self.patch << 4 | self.level
     }
+
+    /// The inverse of [`Self::to_instance`].
+    pub fn from_instance(tag: u32) -> Self {
+        Self { patch: tag >> 4, level: tag & 15 }
+    }
 }
 
 /// One finished round of updates, for the statistics: nothing is decided from it.
