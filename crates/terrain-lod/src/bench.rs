@@ -177,7 +177,8 @@ fn sum_up(
 fn write_summary(bench: &Bench, results: &Results, flown: &[Flown]) -> Result<String, Fault> {
     let rows: Vec<&SummaryRow> = flown.iter().flat_map(|flown| &flown.rows).collect();
     results.write_csv("summary.csv", &rows)?;
-    let text = table::markdown(&rows) + &credits(&bench.dem);
+    let tables: String = bench.suite.tables.iter().map(|table| format!("\n{}", table.markdown(&rows))).collect();
+    let text = table::markdown(&rows) + &tables + &credits(&bench.dem);
     results.write_text("summary.md", &text)?;
     Ok(text)
 }

@@ -75,15 +75,6 @@ pub struct MethodArgs {
     /// tin: smooth the heights of selected samples inside patches; with algorithm1
     #[arg(long)]
     pub smoothing: bool,
-    /// htp: what decides which patches are split [default: error where instanced, or else distance]
-    #[arg(long)]
-    pub metric: Option<MetricName>,
-    /// htp: how the visible patches become draws; htp-instanced is htp with instanced [default: per-patch]
-    #[arg(long)]
-    pub batching: Option<BatchingName>,
-    /// htp: small triangles along the side of a patch, 2 to 16 [default: 3]
-    #[arg(long, value_name = "N")]
-    pub k: Option<u32>,
     /// htp: layers of the hierarchy, 1 to 6 [default: 4 with the metric error, or else 3]
     #[arg(long, value_name = "N")]
     pub layers: Option<u32>,
@@ -173,7 +164,7 @@ impl From<NormalsName> for Normals {
 
 #[derive(Debug, Args)]
 pub struct BenchArgs {
-    /// A suite in data/suites (quick, live, smoke), or a TOML file; the flags below override it
+    /// A suite in data/suites (quick, live, htp, smoke), or a TOML file; the flags below override it
     #[arg(long, value_name = "NAME", default_value = "quick")]
     pub suite: String,
     #[command(flatten)]
@@ -202,6 +193,15 @@ pub struct BenchArgs {
     /// htp by distance or box: longest screen lengths of a triangle's leg in pixels
     #[arg(long, value_delimiter = ',', value_name = "PX", value_parser = parse_pixels)]
     pub leg_px: Option<Vec<f64>>,
+    /// htp: what decides which patches are split [default: error where instanced, or else distance]
+    #[arg(long, value_delimiter = ',', value_name = "NAMES")]
+    pub metric: Option<Vec<MetricName>>,
+    /// htp: how the visible patches become draws; htp-instanced is htp with instanced [default: per-patch]
+    #[arg(long, value_delimiter = ',', value_name = "NAMES")]
+    pub batching: Option<Vec<BatchingName>>,
+    /// htp: small triangles along the side of a patch, 2 to 16 [default: the suite's, or else 3]
+    #[arg(long, value_delimiter = ',', value_name = "N")]
+    pub k: Option<Vec<u32>>,
     /// decimated: grid intervals between the rows and columns that are kept [default: the suite's, or else 2,4,8]
     #[arg(long, value_delimiter = ',', value_name = "N", value_parser = within(STEPS))]
     pub step: Option<Vec<u32>>,
@@ -268,6 +268,15 @@ pub struct MeshArgs {
     /// htp by distance or box: longest screen length of a triangle's leg in pixels [default: 8]
     #[arg(long, value_name = "PX", value_parser = parse_pixels)]
     pub leg_px: Option<f64>,
+    /// htp: what decides which patches are split [default: error where instanced, or else distance]
+    #[arg(long)]
+    pub metric: Option<MetricName>,
+    /// htp: how the visible patches become draws; htp-instanced is htp with instanced [default: per-patch]
+    #[arg(long)]
+    pub batching: Option<BatchingName>,
+    /// htp: small triangles along the side of a patch, 2 to 16 [default: 3]
+    #[arg(long, value_name = "N")]
+    pub k: Option<u32>,
     /// decimated: grid intervals between the rows and columns that are kept
     #[arg(long, value_name = "N", default_value = "2", value_parser = within(STEPS))]
     pub step: u32,

@@ -60,6 +60,9 @@ fn suite(args: &MeshArgs) -> Suite {
     override_with(&mut suite.triangulator, &args.triangulator.map(|triangulator| vec![triangulator]));
     override_with(&mut suite.patch, &args.patch.map(|patch| vec![patch]));
     override_with(&mut suite.leg_px, &args.leg_px.map(|px| vec![px]));
+    override_with(&mut suite.metric, &args.metric.map(|metric| vec![metric]));
+    override_with(&mut suite.batching, &args.batching.map(|batching| vec![batching]));
+    override_with(&mut suite.k, &args.k.map(|k| vec![k]));
     suite.step = vec![args.step];
     override_with(&mut suite.size_px, &args.size);
     suite.override_settings(&args.settings);

@@ -18,9 +18,11 @@ use crate::dem;
 use crate::fault::{Cause, Fault};
 use crate::maps::{Kept, Maps};
 use crate::methods::{MethodName, Run, Settings};
+use crate::pivot::Pivot;
 
 /// The suites in `data/suites`.
-const BUILT_IN: [(&str, &str); 3] = [
+const BUILT_IN: [(&str, &str); 4] = [
+    ("htp", include_str!("../../../data/suites/htp.toml")),
     ("live", include_str!("../../../data/suites/live.toml")),
     ("quick", include_str!("../../../data/suites/quick.toml")),
     ("smoke", include_str!("../../../data/suites/smoke.toml")),
@@ -79,12 +81,12 @@ pub struct Suite {
     pub jitter: Option<u32>,
     /// As `--smoothing`.
     pub smoothing: bool,
-    /// As `--metric`.
-    pub metric: Option<MetricName>,
-    /// As `--batching`.
-    pub batching: Option<BatchingName>,
+    /// As `--metric`; empty: by the batching.
+    pub metric: Vec<MetricName>,
+    /// As `--batching`; empty: by the method's name.
+    pub batching: Vec<BatchingName>,
     /// As `--k`.
-    pub k: u32,
+    pub k: Vec<u32>,
     /// As `--layers`.
     pub layers: Option<u32>,
     /// As `--threads`.
@@ -97,6 +99,8 @@ pub struct Suite {
     pub repeats: u32,
     /// Frames at the start of each flight of the speed pass that are not counted.
     pub warm_up: u32,
+    /// Tables after the one of all runs.
+    pub tables: Vec<Pivot>,
 }
 
 impl Default for Suite {
@@ -121,15 +125,16 @@ impl Default for Suite {
             edge_policy: EdgePolicyName::default(),
             jitter: None,
             smoothing: false,
-            metric: None,
-            batching: None,
-            k: 3,
+            metric: Vec::new(),
+            batching: Vec::new(),
+            k: vec![3],
             layers: None,
             threads: 1,
             size_px: [640, 360],
             frames: None,
             repeats: 3,
             warm_up: 10,
+            tables: Vec::new(),
         }
     }
 }
@@ -161,6 +166,9 @@ impl Suite {
         override_with(&mut suite.leg_px, &args.leg_px);
         override_with(&mut suite.schedule, &args.schedule);
         override_with(&mut suite.triangulator, &args.triangulator);
+        override_with(&mut suite.metric, &args.metric);
+        override_with(&mut suite.batching, &args.batching);
+        override_with(&mut suite.k, &args.k);
         override_with(&mut suite.step, &args.step);
         override_with(&mut suite.size_px, &args.size);
         override_with(&mut suite.repeats, &args.repeats);
@@ -175,14 +183,11 @@ impl Suite {
         override_with(&mut self.blocks, &args.blocks);
         override_with(&mut self.index_store, &args.index_store);
         override_with(&mut self.edge_policy, &args.edge_policy);
-        override_with(&mut self.k, &args.k);
         override_with(&mut self.threads, &args.threads);
         self.max_spacing = args.max_spacing.or(self.max_spacing);
         self.group = args.group.or(self.group);
         self.jitter = args.jitter.or(self.jitter);
         self.smoothing |= args.smoothing;
-        self.metric = args.metric.or(self.metric);
-        self.batching = args.batching.or(self.batching);
         self.layers = args.layers.or(self.layers);
     }
 
@@ -201,6 +206,7 @@ impl Suite {
             ("methods", self.methods.len()),
             ("selector", self.selector.len()),
             ("patch", self.patch.len()),
+            ("k", self.k.len()),
             ("step", self.step.len()),
             ("schedule", self.schedule.len()),
             ("triangulator", self.triangulator.len()),
@@ -215,7 +221,8 @@ impl Suite {
         within("size_px", self.size_px[1], SIDE_PX)?;
         within("frames", self.frames.unwrap_or(1), FRAMES)?;
         within("repeats", self.repeats, REPEATS)?;
-        within("threads", self.threads.into(), THREADS)
+        within("threads", self.threads.into(), THREADS)?;
+        self.tables.iter().try_for_each(Pivot::validate)
     }
 
     /// One run for each method and each value of its own settings, in the order of the lists.
@@ -243,6 +250,9 @@ impl Suite {
         let all = with_each(all, &self.schedule, |settings, schedule| settings.schedule = schedule);
         let all = with_each(all, &self.patch, |settings, patch| settings.patch = patch);
         let all = with_each(all, &self.leg_px, |settings, px| settings.leg_px = px);
+        let all = with_each(all, &self.k, |settings, k| settings.k = k);
+        let all = with_each_or_none(all, &self.batching, |settings, name| settings.batching = name);
+        let all = with_each_or_none(all, &self.metric, |settings, name| settings.metric = name);
         let mut all = with_each(all, &self.step, |settings, step| settings.step = step);
         // The bounded selector knows one triangulator. The others of a list are for algorithm 1.
         let has_grid = self.triangulator.contains(&TriangulatorName::Grid);
@@ -266,10 +276,10 @@ impl Suite {
             edge_policy: self.edge_policy,
             jitter: self.jitter,
             smoothing: self.smoothing,
-            metric: self.metric,
-            batching: self.batching,
+            metric: None,
+            batching: None,
             leg_px: self.leg_px[0],
-            k: self.k,
+            k: self.k[0],
             layers: self.layers,
             step: self.step[0],
             threads: self.threads.into(),
@@ -289,6 +299,11 @@ fn with_each<T: Copy>(all: Vec<Settings>, list: &[T], set: fn(&mut Settings, T))
         settings
     };
     all.into_iter().flat_map(|settings| list.iter().map(move |value| with(settings, value))).collect()
+}
+
+/// Likewise; without any value, the settings as they are.
+fn with_each_or_none<T: Copy>(all: Vec<Settings>, list: &[T], set: fn(&mut Settings, Option<T>)) -> Vec<Settings> {
+    if list.is_empty() { all } else { with_each(all, &list.iter().map(|value| Some(*value)).collect::<Vec<_>>(), set) }
 }
 
 /// The list with the first of each value.

@@ -2,6 +2,7 @@
 
 use std::fmt::Write;
 
+use crate::layout::{self, Heading};
 use crate::summary::SummaryRow;
 
 /// Heading, alignment to the right, and content of a column.
@@ -81,26 +82,10 @@ pub fn markdown(rows: &[&SummaryRow]) -> String {
 }
 
 fn table(columns: &[Column], rows: &[&SummaryRow]) -> String {
+    let headings: Vec<Heading> =
+        columns.iter().map(|(text, right, _)| Heading { text: (*text).to_owned(), right: *right }).collect();
     let cells: Vec<Vec<String>> = rows.iter().map(|row| columns.iter().map(|column| column.2(row)).collect()).collect();
-    let width = |i: usize| cells.iter().map(|row| row[i].len()).max().unwrap_or(0).max(columns[i].0.len());
-    let widths: Vec<usize> = (0..columns.len()).map(width).collect();
-    let headings: Vec<String> = columns.iter().map(|column| column.0.to_string()).collect();
-    let rules =
-        columns.iter().zip(&widths).map(|(c, w)| if c.1 { format!("{:->w$}:", "", w = w - 1) } else { "-".repeat(*w) });
-    let mut text = line(columns, &headings, &widths) + "\n";
-    let _ = writeln!(text, "| {} |", rules.collect::<Vec<_>>().join(" | "));
-    for row in &cells {
-        let _ = writeln!(text, "{}", line(columns, row, &widths));
-    }
-    text
-}
-
-fn line(columns: &[Column], cells: &[String], widths: &[usize]) -> String {
-    let padded = cells.iter().zip(widths).zip(columns).map(|((cell, w), column)| match column.1 {
-        true => format!("{cell:>w$}"),
-        false => format!("{cell:<w$}"),
-    });
-    format!("| {} |", padded.collect::<Vec<_>>().join(" | "))
+    layout::table(&headings, &cells)
 }
 
 fn caption(row: &SummaryRow) -> String {

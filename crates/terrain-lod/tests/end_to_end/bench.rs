@@ -168,3 +168,25 @@ fn the_table_shows_tolerance_and_error_side_by_side() {
     let summary = std::fs::read_to_string(place.path().join("results/summary.md")).unwrap();
     assert!(table.starts_with(&summary), "summary.md is what was printed");
 }
+
+/// The suite on HTP flies every batching, metric and k, and its tables hold the summary's numbers.
+#[test]
+fn the_tables_of_a_suite_show_the_numbers_of_the_summary() {
+    let place = tempfile::tempdir().unwrap();
+    let arguments = "bench --suite htp --no-gpu --repeats 1 --dem synthetic:97x80:3 --frames 4 --out results";
+    let output = terrain_lod(place.path(), &arguments.split(' ').collect::<Vec<_>>());
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let text = std::fs::read_to_string(place.path().join("results/summary.md")).unwrap();
+    let rows = crate::program::read_rows(&place.path().join("results/summary.csv"));
+    assert_eq!(rows.len(), 27, "3 metrics x 3 batchings x 3 values of k");
+    let (_, table) = text.split_once("### Draw calls by batching and k").expect("the table");
+    for batching in ["per-patch", "merged-cell", "instanced"] {
+        let line = table.lines().find(|line| line.starts_with(&format!("| {batching}"))).expect("a row a batching");
+        let shown: Vec<f64> = line.split('|').skip(2).filter_map(|cell| cell.trim().parse().ok()).collect();
+        let setting = |k| format!("metric=error k={k} layers=4 batching={batching}");
+        let row = |k| rows.iter().find(|row| row["setting"] == setting(k)).expect("a row of the summary");
+        let expected = [2, 3, 4].map(|k| row(k)["draws_mean"].parse::<f64>().unwrap());
+        assert_eq!(shown.len(), 3, "{line}");
+        assert!(shown.iter().zip(expected).all(|(shown, exact)| (shown - exact).abs() <= 5e-4 * exact), "{line}");
+    }
+}
