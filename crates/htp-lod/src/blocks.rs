@@ -102,8 +102,9 @@ pub(crate) fn vertices_per_patch(k: u32) -> u32 {
     (k + 1) * (k + 2) / 2
 }
 
-/// The vertices of a patch in their order: steps towards the left and towards the right end.
-pub(crate) fn local_vertices(k: u32) -> Vec<LocalVertex> {
+/// The vertices of a patch in their order, row by row from the apex: steps towards the left and towards the right end
+/// (section 2.1).
+pub fn local_vertices(k: u32) -> Vec<LocalVertex> {
     let row = |row: u32| (0..=row).map(move |j| LocalVertex { uv: [(row - j) as u16, j as u16] });
     (0..=k).flat_map(row).collect()
 }
@@ -130,8 +131,10 @@ impl Blocks {
     }
 }
 
-/// The triangles of one block, counter-clockwise from above.
-pub(crate) fn index_list(k: u32, mask: u8) -> Vec<[u32; 3]> {
+/// The triangles of the plain patch (mask 0) or of a matching block, counter-clockwise seen from above, as indices into
+/// [`local_vertices`]. The mask says which sides are collapsed: 1 the hypotenuse, 2 the left one, 4 the right one
+/// (sections 2.2 and 4.1). `k` is 2 or more, the mask below 8.
+pub fn index_list(k: u32, mask: u8) -> Vec<[u32; 3]> {
     let collapsed = Side::ALL.map(|side| (mask & side.bit() != 0) as u32);
     let strips: u32 = collapsed.iter().sum();
     let Some(segments) = k.checked_sub(strips) else {

@@ -54,6 +54,7 @@ mod rule;
 mod slots;
 mod wishes;
 
+pub use blocks::{index_list, local_vertices};
 pub use cells::{Cell, CellsHeader, Resident};
 pub use method::Htp;
 pub use options::{Batching, HtpError, LevelMetric, Options};
