@@ -11,6 +11,12 @@ pub enum BaselineError {
     /// The tolerance is no positive number.
     #[error("tolerance of {0} px: expected a finite number above 0")]
     Tolerance(f64),
+    /// The distance of [`Greedy`](crate::Greedy) is no positive number.
+    #[error("distance of {0} m: expected a finite number above 0")]
+    Distance(f64),
+    /// The DEM is too large for [`Greedy`](crate::Greedy).
+    #[error("{0} samples along a side: greedy insertion takes at most {max}", max = crate::GreedyInsertion::MAX_SIDE)]
+    Side(u32),
 }
 
 /// Refuses a tolerance in pixels that is not finite or not above 0.

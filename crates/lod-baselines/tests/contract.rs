@@ -1,8 +1,9 @@
 //! All baselines keep the contract of all methods, culled and whole, on DEMs of awkward shapes too.
 
-use lod_baselines::{Decimated, Geomipmap, Rqt};
 use std::collections::BTreeSet;
+use std::sync::Arc;
 
+use lod_baselines::{Decimated, Geomipmap, Greedy, Rqt};
 use terrain_core::walk::RandomWalk;
 use terrain_core::{FramePlan, Heightmap, LodMethod, contract};
 
@@ -27,6 +28,13 @@ fn check(build: impl Fn(&Heightmap) -> Box<dyn LodMethod>, frames: u32) {
 fn decimated_by_any_step() {
     for step in [1, 2, 3, 8, 64, 200] {
         check(|dem| Box::new(Decimated::new(dem, step).unwrap()), 20);
+    }
+}
+
+#[test]
+fn greedy_at_tolerances_from_all_samples_to_hardly_any() {
+    for tolerance_px in [0.01, 1.0, 1e4] {
+        check(|dem| Box::new(Greedy::new(Arc::new(dem.clone()), tolerance_px, 2e3).unwrap()), 10);
     }
 }
 

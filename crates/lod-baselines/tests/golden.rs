@@ -1,6 +1,8 @@
 //! How many triangles each baseline draws of one terrain in one view. A change that moves a count says so in its commit.
 
-use lod_baselines::{Decimated, FullGrid, Geomipmap, Rqt};
+use std::sync::Arc;
+
+use lod_baselines::{Decimated, FullGrid, Geomipmap, Greedy, Rqt};
 use terrain_core::{Camera, FramePlan, FrameStats, Lens, LodMethod, View};
 use terrain_dem::synthetic;
 
@@ -24,5 +26,8 @@ fn triangles_of_the_whole_dem_and_in_view() {
     let rqt = [1.0, 4.0].map(|tolerance_px| counts(Box::new(Rqt::new(&dem, tolerance_px).unwrap())));
     assert_eq!(rqt, [[12_459, 3_455], [2_315, 599]]);
     let geomipmap = [1.0, 4.0].map(|tolerance_px| counts(Box::new(Geomipmap::new(&dem, tolerance_px).unwrap())));
+    let greedy =
+        |tolerance_px| Greedy::new(Arc::new(dem.clone()), tolerance_px, Greedy::usual_distance_m(&dem)).unwrap();
+    assert_eq!([1.0, 4.0].map(|tolerance_px| counts(Box::new(greedy(tolerance_px)))), [[3_259; 2], [539; 2]]);
     assert_eq!(geomipmap, [[98_481, 41_622], [22_358, 9_209]]);
 }

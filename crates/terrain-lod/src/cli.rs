@@ -78,6 +78,9 @@ pub struct MethodArgs {
     /// htp: layers of the hierarchy, 1 to 6 [default: 4 with the metric error, or else 3]
     #[arg(long, value_name = "N")]
     pub layers: Option<u32>,
+    /// greedy: distance of the camera, in metres, at which the tolerance counts [default: half the DEM's longer side]
+    #[arg(long, value_name = "METRES", value_parser = parse_positive)]
+    pub distance: Option<f64>,
     /// Threads that a method plans on; the result does not depend on it [default: 1]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=256))]
     pub threads: Option<u16>,
@@ -175,7 +178,7 @@ pub struct BenchArgs {
     /// Methods to compare
     #[arg(long, value_delimiter = ',', value_name = "NAMES")]
     pub methods: Option<Vec<MethodName>>,
-    /// Allowed screen-space errors in pixels: a setting of tin, htp by error, rqt and geomipmap; everyone's yardstick
+    /// Allowed screen-space errors in pixels: a setting of tin, htp by error, rqt, geomipmap and greedy; everyone's yardstick
     #[arg(long, value_delimiter = ',', value_name = "PX", value_parser = parse_pixels)]
     pub tolerance: Option<Vec<f64>>,
     /// tin: which samples are kept [default: the suite's, or else bounded]
@@ -253,7 +256,7 @@ pub struct MeshArgs {
     /// The method that makes the mesh
     #[arg(long, value_name = "NAME")]
     pub method: MethodName,
-    /// tin, htp by error, rqt, geomipmap: allowed screen-space error in pixels [default: 1]
+    /// tin, htp by error, rqt, geomipmap, greedy: allowed screen-space error in pixels [default: 1]
     #[arg(long, value_name = "PX", value_parser = parse_pixels)]
     pub tolerance: Option<f64>,
     /// tin: which samples are kept [default: bounded]

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use clap::ValueEnum;
 use htp_lod::Htp;
-use lod_baselines::{Decimated, FullGrid, Geomipmap, Rqt};
+use lod_baselines::{Decimated, FullGrid, Geomipmap, Greedy, Rqt};
 use serde::{Deserialize, Serialize};
 use terrain_core::{Heightmap, LodMethod};
 use tin_lod::{Nodes, Tin};
@@ -33,6 +33,8 @@ pub enum MethodName {
     Rqt,
     /// Blocks at levels of detail (de Boer 2000)
     Geomipmap,
+    /// One irregular mesh for all views (Garland and Heckbert 1995): few triangles, made offline
+    Greedy,
 }
 
 impl MethodName {
@@ -46,6 +48,7 @@ impl MethodName {
             Self::Decimated => "decimated",
             Self::Rqt => "rqt",
             Self::Geomipmap => "geomipmap",
+            Self::Greedy => "greedy",
         }
     }
 }
@@ -53,7 +56,8 @@ impl MethodName {
 /// Settings of one run; each method takes those that it knows.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Settings {
-    /// tin, rqt, geomipmap: the error in pixels that steers their selection; htp by error: its bound.
+    /// tin, rqt, geomipmap: the error in pixels that steers their selection; htp by error: its bound; greedy: its
+    /// error at one distance.
     pub tolerance_px: f64,
     /// tin: side of a patch in grid intervals.
     pub patch: u32,
@@ -89,6 +93,8 @@ pub struct Settings {
     pub layers: Option<u32>,
     /// decimated: grid intervals between the columns, and the rows, that are kept.
     pub step: u32,
+    /// greedy: metres from the camera at which the tolerance counts; half of the DEM's longer side without.
+    pub distance_m: Option<f64>,
     /// Threads that a method may plan on.
     pub threads: usize,
 }
@@ -114,6 +120,10 @@ impl Run {
             MethodName::Decimated => Box::new(Decimated::new(&heightmap, step).map_err(Fault::usage)?),
             MethodName::Rqt => Box::new(Rqt::new(&heightmap, tolerance_px).map_err(Fault::usage)?),
             MethodName::Geomipmap => Box::new(Geomipmap::new(&heightmap, tolerance_px).map_err(Fault::usage)?),
+            MethodName::Greedy => {
+                let distance_m = self.settings.distance_m.unwrap_or_else(|| Greedy::usual_distance_m(&heightmap));
+                Box::new(Greedy::new(heightmap, tolerance_px, distance_m).map_err(Fault::usage)?)
+            }
         };
         debug_assert!(self.method.as_str().starts_with(method.name()));
         Ok(method)
@@ -125,7 +135,7 @@ impl Run {
             MethodName::Tin => self.tin_options().validate().map_err(Fault::usage),
             MethodName::Htp | MethodName::HtpInstanced => self.htp_options().validate().map_err(Fault::usage),
             // The suite keeps steps and tolerances within their ranges.
-            MethodName::FullGrid | MethodName::Decimated | MethodName::Rqt | MethodName::Geomipmap => Ok(()),
+            _ => Ok(()),
         }
     }
 
@@ -217,7 +227,7 @@ impl Run {
     /// Whether the tolerance in pixels is a setting of this method. To the others it is a yardstick only.
     pub fn takes_tolerance(&self) -> bool {
         match self.method {
-            MethodName::Tin | MethodName::Rqt | MethodName::Geomipmap => true,
+            MethodName::Tin | MethodName::Rqt | MethodName::Geomipmap | MethodName::Greedy => true,
             MethodName::Htp | MethodName::HtpInstanced => self.metric() == MetricName::Error,
             MethodName::FullGrid | MethodName::Decimated => false,
         }
@@ -252,6 +262,9 @@ impl Run {
             MethodName::FullGrid => "step=1".into(),
             MethodName::Decimated => format!("step={step}"),
             MethodName::Rqt | MethodName::Geomipmap => String::new(),
+            MethodName::Greedy => {
+                format!("distance={}", self.settings.distance_m.map_or("half-the-dem".into(), |m| format!("{m}-m")))
+            }
         }
     }
 
@@ -277,7 +290,7 @@ impl Run {
             }
             MethodName::FullGrid => name.into(),
             MethodName::Decimated => format!("{name}-step{step}"),
-            MethodName::Rqt | MethodName::Geomipmap => format!("{name}-{tolerance_px}px"),
+            MethodName::Rqt | MethodName::Geomipmap | MethodName::Greedy => format!("{name}-{tolerance_px}px"),
         }
     }
 }

@@ -63,6 +63,8 @@ pub struct Suite {
     pub leg_px: Vec<f64>,
     /// As `--step`.
     pub step: Vec<u32>,
+    /// As `--distance`.
+    pub distance_m: Option<f64>,
     /// As `--max-spacing`.
     pub max_spacing: Option<u32>,
     /// As `--group`.
@@ -116,6 +118,7 @@ impl Default for Suite {
             patch: vec![32],
             leg_px: vec![8.0],
             step: vec![2, 4, 8],
+            distance_m: None,
             max_spacing: None,
             group: None,
             blocks: true,
@@ -184,6 +187,7 @@ impl Suite {
         override_with(&mut self.index_store, &args.index_store);
         override_with(&mut self.edge_policy, &args.edge_policy);
         override_with(&mut self.threads, &args.threads);
+        self.distance_m = args.distance.or(self.distance_m);
         self.max_spacing = args.max_spacing.or(self.max_spacing);
         self.group = args.group.or(self.group);
         self.jitter = args.jitter.or(self.jitter);
@@ -217,6 +221,9 @@ impl Suite {
         pixels("tolerance_px", &self.tolerance_px)?;
         pixels("leg_px", &self.leg_px)?;
         self.step.iter().try_for_each(|step| within("step", *step, STEPS))?;
+        if let Some(distance_m) = self.distance_m.filter(|m| !(*m > 0.0 && m.is_finite())) {
+            return Err(format!("distance_m = {distance_m}; expected a number above 0"));
+        }
         within("size_px", self.size_px[0], SIDE_PX)?;
         within("size_px", self.size_px[1], SIDE_PX)?;
         within("frames", self.frames.unwrap_or(1), FRAMES)?;
@@ -282,6 +289,7 @@ impl Suite {
             k: self.k[0],
             layers: self.layers,
             step: self.step[0],
+            distance_m: self.distance_m,
             threads: self.threads.into(),
         }
     }

@@ -12,11 +12,6 @@
 //! what it says: even at tolerance 0 it leaves out the last sample of flat ground before a slope to the south or the
 //! east, because it looks west and north alone.
 
-#[path = "../tests/reference/delaunay.rs"]
-mod delaunay;
-#[path = "../tests/reference/greedy.rs"]
-#[expect(dead_code, reason = "its triangles are only counted")]
-mod greedy;
 #[path = "../tests/bounded/terrain.rs"]
 #[expect(dead_code, reason = "only the DEMs beside the project are wanted")]
 mod terrain;
@@ -24,7 +19,7 @@ mod terrain;
 #[expect(dead_code, reason = "of the bounded mesh only the uniform one is wanted")]
 mod whole_dem;
 
-use greedy::Greedy;
+use lod_baselines::GreedyInsertion;
 use terrain_core::Heightmap;
 use terrain_core::error::ErrorOracle;
 use tin_lod::algorithm1::{select_edge, select_interior};
@@ -56,7 +51,7 @@ fn main() {
 fn compare(name: &str, dem: Heightmap) {
     let whole = WholeDem::new(dem, PATCH, GROUP);
     println!("\n{name}: {} x {} samples, patch {PATCH}", whole.dem.columns(), whole.dem.rows());
-    let (mut reference, mut algorithm1) = (Greedy::new(&whole.dem), Algorithm1::new(&whole));
+    let (mut reference, mut algorithm1) = (GreedyInsertion::new(&whole.dem), Algorithm1::new(&whole));
     for tolerance_m in TOLERANCES_M {
         let level = ladder::level_of(tolerance_m);
         let (mut mesh, rung_m) = (Mesh::default(), ladder::tolerance_m(level));

@@ -7,15 +7,15 @@ use crate::program::{Row, bench, shared_dem, terrain_lod};
 const METHODS: [&str; 5] = ["tin", "tin", "htp", "htp-instanced", "full-grid"];
 const FLIGHTS: [&str; 4] = ["ground-level", "fly-over", "turn", "stop-and-go"];
 
-/// What `--methods decimated,rqt,geomipmap` flies: decimation by 2, 4 and 8.
-const BASELINES: [&str; 5] = ["decimated", "decimated", "decimated", "rqt", "geomipmap"];
+/// What `--methods decimated,rqt,geomipmap,greedy` flies: decimation by 2, 4 and 8.
+const BASELINES: [&str; 6] = ["decimated", "decimated", "decimated", "rqt", "geomipmap", "greedy"];
 
 /// Flies all four flights with the methods of the quick suite, and with the baselines.
 fn flies_without_cracks(dem: &[&str], frames: &str) {
     for flight in FLIGHTS {
         let arguments = [dem, &["--flight", flight, "--frames", frames]].concat();
         check_rows(&arguments, &METHODS);
-        check_rows(&[&arguments[..], &["--methods", "decimated,rqt,geomipmap"]].concat(), &BASELINES);
+        check_rows(&[&arguments[..], &["--methods", "decimated,rqt,geomipmap,greedy"]].concat(), &BASELINES);
     }
 }
 

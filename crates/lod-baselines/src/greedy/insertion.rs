@@ -1,4 +1,4 @@
-//! Plain greedy insertion over a whole DEM: what bounded meshes are measured against.
+//! Plain greedy insertion over a whole DEM.
 //!
 //! Algorithm III of Garland and Heckbert, "Fast polygonal approximation of terrains and height fields"
 //! (CMU-CS-95-181, 1995): of all samples the one with the largest vertical deviation enters a Delaunay triangulation,
@@ -9,10 +9,10 @@ use std::collections::BinaryHeap;
 
 use terrain_core::{Heightmap, Sample, Triangle};
 
-use super::delaunay::{Delaunay, Point, TriangleId, doubled_area};
+use super::delaunay::{Delaunay, MAX_COORDINATE, Point, TriangleId, doubled_area};
 
 /// A mesh over a whole DEM that is refined step by step.
-pub struct Greedy<'a> {
+pub struct GreedyInsertion<'a> {
     heightmap: &'a Heightmap,
     mesh: Delaunay,
     /// The worst sample of each triangle; none where it fits all of its samples.
@@ -26,17 +26,20 @@ pub struct Greedy<'a> {
 pub struct Worst {
     /// The bits of a positive number of metres, which compare as the number does.
     deviation_m_bits: u64,
-    pub point: Point,
+    point: Point,
 }
 
 impl Worst {
-    pub fn deviation_m(&self) -> f64 {
+    fn deviation_m(&self) -> f64 {
         f64::from_bits(self.deviation_m_bits)
     }
 }
 
-impl<'a> Greedy<'a> {
-    /// The two triangles of the DEM's corners.
+impl<'a> GreedyInsertion<'a> {
+    /// The longest side of a DEM in samples: with a longer one the in-circle test would overflow.
+    pub const MAX_SIDE: u32 = MAX_COORDINATE as u32 + 1;
+
+    /// The two triangles of the DEM's corners. Panics above [`Self::MAX_SIDE`] samples along a side.
     pub fn new(heightmap: &'a Heightmap) -> Self {
         let mesh = Delaunay::new(heightmap.columns() as i64 - 1, heightmap.rows() as i64 - 1);
         let mut greedy = Self { heightmap, mesh, worst: Vec::new(), waiting: BinaryHeap::new() };
@@ -52,8 +55,12 @@ impl<'a> Greedy<'a> {
         }
     }
 
-    /// The sample that is farthest off.
-    pub fn worst(&mut self) -> Option<Worst> {
+    /// The sample that is farthest off, and by how many metres; none where every sample is met.
+    pub fn worst_sample(&mut self) -> Option<(Sample, f64)> {
+        self.worst().map(|worst| (sample(worst.point), worst.deviation_m()))
+    }
+
+    fn worst(&mut self) -> Option<Worst> {
         while let Some((worst, triangle)) = self.waiting.peek() {
             if self.worst[*triangle] == Some(*worst) {
                 return Some(*worst);
@@ -72,12 +79,13 @@ impl<'a> Greedy<'a> {
         }
     }
 
+    /// Triangles of the mesh.
     pub fn triangle_count(&self) -> usize {
         self.mesh.triangles().len()
     }
 
+    /// The mesh, counter-clockwise seen from above.
     pub fn triangles(&self) -> Vec<Triangle> {
-        let sample = |[column, row]: Point| Sample { column: column as u32, row: row as u32 };
         let triangle = |corners: &[Point; 3]| {
             let samples = corners.map(sample);
             Triangle { samples, heights_m: samples.map(|s| self.heightmap.height_m(s)) }
@@ -94,6 +102,10 @@ impl<'a> Greedy<'a> {
             self.waiting.extend(worst.map(|worst| (worst, *triangle)));
         }
     }
+}
+
+fn sample([column, row]: Point) -> Sample {
+    Sample { column: column as u32, row: row as u32 }
 }
 
 /// The sample in a triangle, or on its sides, that it is farthest from.

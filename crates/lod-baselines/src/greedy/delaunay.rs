@@ -8,18 +8,19 @@
 //!   o-------o             o-------o     (the inner point above stays: it is a corner of the rim)
 //! ```
 //!
-//! Nothing is shared with the kernel. With coordinates below 2^14, no value of the in-circle test exceeds 2^60.
+//! With coordinates below 2^14, no value of the in-circle test exceeds 2^60. Nothing is shared with the kernel of
+//! `tin-lod`, whose meshes are measured against these.
 
 /// Column and row, 0 to [`MAX_COORDINATE`].
-pub type Point = [i64; 2];
+pub(crate) type Point = [i64; 2];
 /// Number of a triangle. Those of removed triangles are used again.
-pub type TriangleId = usize;
+pub(crate) type TriangleId = usize;
 
 /// The largest coordinate for which the in-circle test fits in 64 bits.
-pub const MAX_COORDINATE: i64 = (1 << 14) - 1;
+pub(crate) const MAX_COORDINATE: i64 = (1 << 14) - 1;
 
 /// A triangulation of a rectangle.
-pub struct Delaunay {
+pub(crate) struct Delaunay {
     /// Counter-clockwise seen from above: columns run east, rows south.
     corners: Vec<[Point; 3]>,
     /// What lies beyond the edges from each corner to the next; nothing beyond the outline.
@@ -106,7 +107,7 @@ impl Delaunay {
 }
 
 /// Twice the signed area, positive when counter-clockwise seen from above.
-pub fn doubled_area([a, b, c]: [Point; 3]) -> i64 {
+pub(crate) fn doubled_area([a, b, c]: [Point; 3]) -> i64 {
     (c[0] - a[0]) * (b[1] - a[1]) - (b[0] - a[0]) * (c[1] - a[1])
 }
 
@@ -116,4 +117,56 @@ fn in_circle(corners: [Point; 3], point: Point) -> bool {
     let square = |u: Point| u[0] * u[0] + u[1] * u[1];
     let cross = |u: Point, v: Point| v[0] * u[1] - u[0] * v[1];
     square(a) * cross(b, c) + square(b) * cross(c, a) + square(c) * cross(a, b) > 0
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use terrain_core::SplitMix64;
+
+    /// Whether a point lies inside the circle through three others: by the circle's centre, exactly.
+    fn is_inside_circle([a, b, c]: [Point; 3], point: Point) -> bool {
+        let from_a = |p: Point| [p[0] - a[0], p[1] - a[1]].map(i128::from);
+        let square = |[x, z]: [i128; 2]| x * x + z * z;
+        let (b, c, p) = (from_a(b), from_a(c), from_a(point));
+        // The centre times `scale`, seen from a.
+        let scale = 2 * (b[0] * c[1] - b[1] * c[0]);
+        let centre = [c[1] * square(b) - b[1] * square(c), b[0] * square(c) - c[0] * square(b)];
+        square([p[0] * scale - centre[0], p[1] * scale - centre[1]]) < square(centre)
+    }
+
+    /// No corner of any triangle lies in the circle of another: all against all.
+    fn assert_delaunay(triangles: &[[Point; 3]]) {
+        let mut points: Vec<Point> = triangles.iter().flatten().copied().collect();
+        points.sort_unstable();
+        points.dedup();
+        for triangle in triangles {
+            assert!(doubled_area(*triangle) > 0, "{triangle:?}");
+            let inside = points.iter().find(|p| is_inside_circle(*triangle, **p));
+            assert_eq!(inside, None, "in the circle of {triangle:?}");
+        }
+    }
+
+    #[test]
+    fn any_points_in_any_order_are_delaunay() {
+        for seed in 0..200 {
+            let mut random = SplitMix64::new(seed);
+            let [width, depth] = [(); 2].map(|_| 1 + random.below(if seed % 4 == 0 { 5 } else { 30 }) as i64);
+            let mut mesh = Delaunay::new(width, depth);
+            for _ in 0..random.below(120) {
+                let point = [random.below(width as u64 + 1) as i64, random.below(depth as u64 + 1) as i64];
+                let holds = |[a, b, c]: &[Point; 3]| {
+                    [(a, b), (b, c), (c, a)].iter().all(|e| doubled_area([*e.0, *e.1, point]) >= 0)
+                };
+                let triangle = mesh.triangles().iter().position(holds).unwrap();
+                if !mesh.triangles()[triangle].contains(&point) {
+                    let made = mesh.insert(point, triangle);
+                    assert!(made.iter().all(|t| mesh.triangles()[*t].contains(&point)), "seed {seed}");
+                }
+            }
+            assert_delaunay(mesh.triangles());
+            let area: i64 = mesh.triangles().iter().map(|t| doubled_area(*t)).sum();
+            assert_eq!(area, 2 * width * depth, "seed {seed}");
+        }
+    }
 }
