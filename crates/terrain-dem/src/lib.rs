@@ -28,6 +28,7 @@ mod georef;
 mod input;
 mod load;
 mod options;
+mod part;
 mod ply;
 mod raster;
 mod samples;
@@ -45,6 +46,7 @@ pub use atomic::write_atomically;
 pub use error::DemError;
 pub use formats::png::write_png16;
 pub use options::{ColourCode, HeightUnit, RawLayout, ReadOptions, VoidPolicy};
+pub use part::Crop;
 pub use ply::write_ply;
 pub use voids::VoidMask;
 
@@ -163,7 +165,7 @@ fn open_synthetic(spec: &str, options: &ReadOptions) -> Result<Dem, DemError> {
     let spacing_m = options.spacing_m.unwrap_or(plain.spacing_m());
     let heightmap =
         Heightmap::new(columns, rows, spacing_m, heights_m).map_err(|e| DemError::input(spec, e.to_string()))?;
-    Ok(Dem {
+    let whole = Dem {
         name: format!("synthetic-{columns}x{rows}-{seed}"),
         heightmap: Arc::new(heightmap),
         source: Some(spec.to_owned()),
@@ -171,7 +173,8 @@ fn open_synthetic(spec: &str, options: &ReadOptions) -> Result<Dem, DemError> {
         notice: None,
         voids: None,
         reading: synthetic_reading(options),
-    })
+    };
+    part::part(whole, options.crop, options.thin.unwrap_or(1)).map_err(|reason| DemError::input(spec, reason))
 }
 
 fn synthetic_reading(options: &ReadOptions) -> Reading {

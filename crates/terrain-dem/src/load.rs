@@ -6,6 +6,7 @@ use std::sync::Arc;
 use terrain_core::Heightmap;
 
 use crate::input::Input;
+use crate::part::part;
 use crate::raster::{ABSURD, Decoded, Facts, Heights, Meaning};
 use crate::samples::SampleType;
 use crate::sidecar::Sidecar;
@@ -71,7 +72,8 @@ fn read(name: &str, input: Input, sidecar: Sidecar, options: &ReadOptions) -> Re
     let reading = reading(facts, meaning, spacing_from, options);
     let Sidecar { source, licence, notice, .. } = sidecar;
     let (heightmap, voids) = (Arc::new(heightmap), mask.map(Arc::new));
-    Ok(Dem { name: name.to_owned(), heightmap, source, licence, notice, voids, reading })
+    let whole = Dem { name: name.to_owned(), heightmap, source, licence, notice, voids, reading };
+    Ok(part(whole, options.crop, options.thin.unwrap_or(1))?)
 }
 
 fn check_band(facts: &Facts, options: &ReadOptions) -> Result<(), String> {

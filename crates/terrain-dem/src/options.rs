@@ -1,6 +1,7 @@
 //! What the user says about a DEM.
 
 use crate::MAX_SAMPLES;
+use crate::part::Crop;
 use crate::samples::{ByteOrder, SampleType};
 
 /// What the user says about a DEM. `None` leaves it to the sidecar, then to the file.
@@ -24,6 +25,10 @@ pub struct ReadOptions {
     pub voids: VoidPolicy,
     /// The largest DEM to load, in samples; [`MAX_SAMPLES`](crate::MAX_SAMPLES) by default, and at most.
     pub max_samples: Option<u64>,
+    /// The part of the DEM to take; all by default.
+    pub crop: Option<Crop>,
+    /// Take every n-th column and row of that; every one by default.
+    pub thin: Option<u32>,
     /// How a colour PNG packs its heights; off by default.
     pub colours: Option<ColourCode>,
     /// The layout of a file without any header; such files are refused without it.

@@ -11,11 +11,20 @@ pub struct VoidMask {
 impl VoidMask {
     /// The samples that are NaN.
     pub(crate) fn of(columns: u32, heights_m: &[f32]) -> Self {
-        let count = heights_m.iter().filter(|height_m| height_m.is_nan()).count() as u64;
-        let word = |chunk: &[f32]| {
-            chunk.iter().enumerate().fold(0, |word, (bit, height_m)| word | u64::from(height_m.is_nan()) << bit)
+        Self::new(columns, heights_m, |height_m| height_m.is_nan())
+    }
+
+    /// One flag a sample, row by row.
+    pub(crate) fn of_flags(columns: u32, is_void: &[bool]) -> Self {
+        Self::new(columns, is_void, |is_void| *is_void)
+    }
+
+    fn new<T>(columns: u32, samples: &[T], is_void: impl Fn(&T) -> bool) -> Self {
+        let count = samples.iter().filter(|sample| is_void(sample)).count() as u64;
+        let word = |chunk: &[T]| {
+            chunk.iter().enumerate().fold(0, |word, (bit, sample)| word | u64::from(is_void(sample)) << bit)
         };
-        Self { columns, count, bits: heights_m.chunks(64).map(word).collect() }
+        Self { columns, count, bits: samples.chunks(64).map(word).collect() }
     }
 
     /// How many samples are voids.

@@ -1,7 +1,7 @@
 //! The part of the command line that is about elevation files.
 
 use clap::{Args, Subcommand, ValueEnum};
-use terrain_dem::{ColourCode, HeightUnit, RawLayout, ReadOptions, VoidPolicy};
+use terrain_dem::{ColourCode, Crop, HeightUnit, RawLayout, ReadOptions, VoidPolicy};
 
 use crate::cli::{parse_finite, parse_spacing};
 
@@ -46,6 +46,12 @@ pub struct ReadArgs {
     /// The most samples to load [default and most: 536870912]
     #[arg(long, value_name = "N")]
     pub max_samples: Option<u64>,
+    /// The part of the DEM to take: 513x513 in its middle, or 513x513+COLUMN+ROW
+    #[arg(long, value_name = "WxH[+C+R]", value_parser = parse_crop)]
+    pub crop: Option<Crop>,
+    /// Take every n-th column and row
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=65_535))]
+    pub thin: Option<u32>,
     /// How a colour PNG packs its heights
     #[arg(long, value_name = "CODE")]
     pub png_colours: Option<ColoursName>,
@@ -72,6 +78,8 @@ impl ReadArgs {
             band: self.band,
             voids: self.voids.map(VoidPolicy::from).unwrap_or_default(),
             max_samples: self.max_samples,
+            crop: self.crop,
+            thin: self.thin,
             colours: self.png_colours.map(ColourCode::from),
             raw: self.raw,
         }
@@ -178,4 +186,8 @@ fn parse_raw(text: &str) -> Result<RawLayout, String> {
     let expected =
         "expected COLUMNSxROWS:TYPE with a type such as uint16, int16, float32, and `be` at its end for big-endian";
     RawLayout::parse(text).ok_or_else(|| expected.into())
+}
+
+pub fn parse_crop(text: &str) -> Result<Crop, String> {
+    Crop::parse(text).ok_or_else(|| "expected COLUMNSxROWS or COLUMNSxROWS+COLUMN+ROW, such as 513x513+100+0".into())
 }

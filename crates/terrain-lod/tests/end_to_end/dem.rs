@@ -44,3 +44,11 @@ fn real_files_fly_without_a_crack() {
         }
     }
 }
+
+#[test]
+fn parts_of_a_dem_are_flown_under_their_own_name() {
+    let rows =
+        bench(&["--dem", "synthetic:97x80:3", "--crop", "65x65", "--thin", "2", "--methods", "tin", "--frames", "2"]);
+    let found = ["dem", "dem_columns", "dem_rows", "cracks"].map(|column| rows[0][column].as_str());
+    assert_eq!(found, ["synthetic-97x80-3-65x65+16+7-thin2", "33", "33", "0"]);
+}
