@@ -159,7 +159,8 @@ impl Heightmap {
         normals
     }
 
-    fn normal(&self, at: Sample) -> [f32; 3] {
+    /// The unit normal at one sample; see [`Self::normals`].
+    pub fn normal(&self, at: Sample) -> [f32; 3] {
         let (west, east) = (at.column.saturating_sub(1), (at.column + 1).min(self.columns - 1));
         let (north, south) = (at.row.saturating_sub(1), (at.row + 1).min(self.rows - 1));
         let rise = |a: Sample, b: Sample| (self.height_m(b) - self.height_m(a)) as f64;

@@ -39,7 +39,7 @@ pub enum Command {
     /// Fly a DEM with every method, print the comparison, write a result folder
     #[command(after_help = EXAMPLES)]
     Bench(Box<BenchArgs>),
-    /// Write the mesh of one frame, of the whole DEM, as binary PLY
+    /// Write the mesh of one frame, of the whole DEM, as PLY, OBJ, STL or binary glTF
     #[command(after_help = EXAMPLES)]
     Mesh(MeshArgs),
     /// Look at elevation files
@@ -297,7 +297,7 @@ pub struct MeshArgs {
     /// Width and height of the picture in pixels, as in bench [default: 640x360]
     #[arg(long, value_name = "WxH", value_parser = parse_size)]
     pub size: Option<[u32; 2]>,
-    /// The PLY file to write
+    /// The file to write; its ending says the format: .ply, .obj, .stl or .glb
     #[arg(long, value_name = "FILE")]
     pub out: PathBuf,
 }

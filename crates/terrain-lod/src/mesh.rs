@@ -1,8 +1,8 @@
-//! `mesh`: what one frame draws, with nothing culled, as a PLY file.
+//! `mesh`: what one frame draws, with nothing culled, as a file for other programs.
 
 use serde::Serialize;
 use terrain_core::{FramePlan, Heightmap, MeshMirror, Triangle};
-use terrain_dem::{write_atomically, write_ply};
+use terrain_dem::{Mesh, MeshFormat, write_atomically};
 
 use crate::cli::MeshArgs;
 use crate::fault::{Cause, Fault};
@@ -31,12 +31,15 @@ pub fn run(args: &MeshArgs) -> Result<(), Fault> {
         let last = args.frames - 1;
         return Err(Fault::usage(format!("frame {} of {} frames: expected 0 to {last}", args.frame, args.frames)));
     }
+    let format = MeshFormat::of(&args.out).ok_or_else(|| {
+        Fault::usage(format!("{}: expected a name that ends in {}", args.out.display(), MeshFormat::ENDINGS))
+    })?;
     let mut bench = Bench::new("mesh", suite(args), &args.dem.read_options())?;
     probe_parent(&args.out)?;
     bench.prepare_maps(args.settings.keep_maps, true)?;
     let triangles = replay(&bench, args.frame)?;
-    let (vertices, faces) = share_vertices(&bench.dem.heightmap, &triangles);
-    write_atomically(&args.out, |file| write_ply(file, &vertices, &faces)).map_err(|e| Fault::write(&args.out, e))?;
+    let mesh = share_vertices(&bench.dem.heightmap, &triangles);
+    write_atomically(&args.out, |file| format.write(file, &mesh)).map_err(|e| Fault::write(&args.out, e))?;
     let view = bench.view(args.frame)?;
     let line = MeshLine {
         eye: view.eye_world.to_array(),
@@ -44,8 +47,8 @@ pub fn run(args: &MeshArgs) -> Result<(), Fault> {
         fov_y: tidy(view.fov_y.to_degrees()),
         width: view.size_px[0],
         height: view.size_px[1],
-        triangles: faces.len(),
-        vertices: vertices.len(),
+        triangles: mesh.triangles.len(),
+        vertices: mesh.positions_m.len(),
     };
     print(&(serde_json::to_string(&line).expect("numbers become JSON") + "\n"))
 }
@@ -85,22 +88,23 @@ fn replay(bench: &Bench, last: u32) -> Result<Vec<Triangle>, Fault> {
     Ok(mirror.triangles().to_vec())
 }
 
-/// World positions in metres of the samples in use, each once, and the triangles over them.
-fn share_vertices(heightmap: &Heightmap, triangles: &[Triangle]) -> (Vec<[f32; 3]>, Vec<[u32; 3]>) {
+/// The samples in use, each once, and the triangles over them.
+fn share_vertices(heightmap: &Heightmap, triangles: &[Triangle]) -> Mesh {
     let mut vertex_of = vec![u32::MAX; heightmap.heights_m().len()];
-    let (mut vertices, mut faces) = (Vec::new(), Vec::with_capacity(triangles.len()));
+    let mut mesh = Mesh::default();
     for triangle in triangles {
         let mut corner = 0;
-        faces.push(triangle.samples.map(|sample| {
+        mesh.triangles.push(triangle.samples.map(|sample| {
             let vertex = &mut vertex_of[heightmap.index(sample) as usize];
             if *vertex == u32::MAX {
-                *vertex = vertices.len() as u32;
+                *vertex = mesh.positions_m.len() as u32;
                 let [x, _, z] = heightmap.world(sample);
-                vertices.push([x as f32, triangle.heights_m[corner], z as f32]);
+                mesh.positions_m.push([x as f32, triangle.heights_m[corner], z as f32]);
+                mesh.normals.push(heightmap.normal(sample));
             }
             corner += 1;
             *vertex
         }));
     }
-    (vertices, faces)
+    mesh
 }

@@ -93,3 +93,23 @@ fn the_mesh_has_as_many_triangles_in_view_as_the_bench_draws() {
     let line: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
     assert_eq!(line["triangles"], terrain_core::FrameStats::of(&plan).triangles);
 }
+
+/// The bytes of each format are checked where they are written; here the ending chooses.
+#[test]
+fn the_ending_chooses_the_format() {
+    let place = tempfile::tempdir().unwrap();
+    let export = |out: &str| {
+        let arguments = ["mesh", "--method", "tin", "--dem", "synthetic:65x65:2", "--out", out];
+        terrain_lod(place.path(), &arguments)
+    };
+    for (out, starts) in [("a.ply", &b"ply\n"[..]), ("a.obj", b"# x east"), ("a.stl", b"terrain: "), ("a.glb", b"glTF")]
+    {
+        assert!(export(out).status.success());
+        assert!(std::fs::read(place.path().join(out)).unwrap().starts_with(starts), "{out}");
+    }
+    let refused = export("a.fbx");
+    let said = String::from_utf8_lossy(&refused.stderr).into_owned();
+    assert_eq!(said, "error: a.fbx: expected a name that ends in .ply, .obj, .stl or .glb\n");
+    assert_eq!(refused.status.code(), Some(2));
+    assert_eq!(std::fs::read_dir(place.path()).unwrap().count(), 4, "nothing else is left");
+}

@@ -1,12 +1,13 @@
+//! Binary little-endian PLY. Normals are left out: readers make their own.
+
 use std::io::{self, Write};
 
-/// Writes a mesh as binary little-endian PLY: vertices in metres (x east, y up, z south), triangles counter-clockwise
-/// seen from above.
-///
-/// Wrap the file in [`write_atomically`](crate::write_atomically), which buffers.
-pub fn write_ply(out: &mut dyn Write, vertices: &[[f32; 3]], triangles: &[[u32; 3]]) -> io::Result<()> {
+use super::{Mesh, too_large};
+
+pub fn write(out: &mut dyn Write, mesh: &Mesh) -> io::Result<()> {
+    let (vertices, triangles) = (&mesh.positions_m, &mesh.triangles);
     if vertices.len() > i32::MAX as usize {
-        return Err(io::Error::new(io::ErrorKind::InvalidInput, "more vertices than a PLY of 32-bit indices can hold"));
+        return Err(too_large("more than 2^31 vertices"));
     }
     write!(
         out,
@@ -37,13 +38,12 @@ pub fn write_ply(out: &mut dyn Write, vertices: &[[f32; 3]], triangles: &[[u32; 
 
 #[cfg(test)]
 mod tests {
-    use super::*;
+    use crate::mesh_file::MeshFormat;
+    use crate::mesh_file::tests::written;
 
     #[test]
     fn header_and_bytes() {
-        let vertices = [[0.0, 1.0, 2.0], [3.0, 4.0, 5.0], [-6.5, 7.0, 8.0], [9.0, 10.0, 11.0]];
-        let mut file = Vec::new();
-        write_ply(&mut file, &vertices, &[[0, 1, 2], [2, 1, 3]]).unwrap();
+        let file = written(MeshFormat::Ply);
         let end = b"end_header\n";
         let body = end.len() + file.windows(end.len()).position(|window| window == end).unwrap();
 
@@ -54,7 +54,7 @@ mod tests {
         assert!(header.contains(&"property list uchar int vertex_indices"));
 
         assert_eq!(file.len() - body, 4 * 12 + 2 * 13);
-        assert_eq!(file[body + 24..body + 28], (-6.5f32).to_le_bytes());
+        assert_eq!(file[body + 24..body + 28], 10.5f32.to_le_bytes());
         assert_eq!(file[body + 48 + 13..], [3, 2, 0, 0, 0, 1, 0, 0, 0, 3, 0, 0, 0]);
     }
 }
