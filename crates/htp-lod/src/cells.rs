@@ -3,8 +3,52 @@
 //! Levels below [`CellsHeader::streamed`] are those that need dense samples; they are cut into cells and loaded around
 //! the eye. Of the coarser levels all is kept resident for good, for every cell: little, and always something to stand
 //! in for a cell that is not there.
+//!
+//! # The bytes
+//!
+//! ```text
+//!  | header | resident part: a record a cell, row by row | cells: a record a cell, row by row |
+//! ```
+//!
+//! | bytes of the header | little-endian |
+//! |---|---|
+//! | 8 | `htp-cell` |
+//! | 4 | version: 1 |
+//! | 5 x 4 | `k`, layers, streamed levels, columns and rows of the DEM |
+//! | 2 x 8 | metres between samples in x and in z: f64 |
+//! | 4 | bytes of a height: 2 or 4 |
+//! | 2 x 8 | metres a step and metres at code 0: f64; zeros for heights of 4 bytes |
+//! | 2 x 4 | lowest and highest height in metres: f32 |
+//! | 4 | CRC-32 of the DEM's heights (f32, row by row) |
+//! | 4 | CRC-32 of the 80 bytes before |
+//!
+//! | bytes of a record | |
+//! |---|---|
+//! | 2 x 4 | column and row of the cell |
+//! | by the header | codes of its samples, both rims included, padded to 4 bytes: u16, or f32. In the resident part every [`CellsHeader::coarse_step`]-th |
+//! | by the header | in the resident part: lowest and highest sample in metres of each square, by level: f32 |
+//! | by the header | error records (`errors`) of each square, by level: u16 |
+//! | 4 | CRC-32 of the CRC-32 of the DEM's heights and all of the record before |
+//!
+//! All records of a part have the same length, so that a cell is found without a table: what is beyond the DEM repeats
+//! its last samples, or holds zeros. The ranges of a cell are not kept, since they follow from its samples.
+
+mod bytes;
+mod codes;
+mod cutter;
+mod file;
+mod header;
+mod local;
+mod resident;
+mod scan;
+
+pub use cutter::{Cutter, cut};
+pub use file::{CellFile, CellSource, CellsError};
+pub use scan::{CutError, Scan};
 
 use terrain_core::HeightFormat;
+
+use crate::options::Options;
 
 /// What all cells of a DEM have in common.
 #[derive(Clone, Debug, PartialEq)]
@@ -42,6 +86,22 @@ impl CellsHeader {
     pub fn coarse_step(&self) -> u32 {
         self.k.pow(self.streamed)
     }
+
+    /// Columns and rows of the resident samples; the last ones are the DEM's.
+    pub fn coarse_size(&self) -> [u32; 2] {
+        self.samples.map(|samples| (samples - 1).div_ceil(self.coarse_step()) + 1)
+    }
+
+    /// Metres of one step of the stored errors.
+    pub fn step_m(&self) -> f64 {
+        let [low, high] = self.height_range_m.map(f64::from);
+        (high - low) / u16::MAX as f64
+    }
+
+    /// Settings that have the hierarchy of these cells; all else as by default.
+    fn options(&self) -> Options {
+        Options { k: self.k, layers: self.layers, ..Options::default() }
+    }
 }
 
 /// What is kept of the levels from [`CellsHeader::streamed`] up, for the whole DEM.
@@ -68,3 +128,6 @@ pub struct Cell {
     /// Error records, by level from 1 to `streamed - 1`; likewise.
     pub errors: Vec<Vec<u16>>,
 }
+
+#[cfg(test)]
+mod tests;

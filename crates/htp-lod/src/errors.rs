@@ -39,7 +39,11 @@ impl ErrorTable {
         let heights_m = heightmap.heights_m().iter();
         let [low, high] =
             heights_m.fold([f32::INFINITY, f32::NEG_INFINITY], |[low, high], h| [low.min(*h), high.max(*h)]);
-        let step_m = (high as f64 - low as f64) / u16::MAX as f64;
+        Self::with_step(heightmap, grid, (high as f64 - low as f64) / u16::MAX as f64)
+    }
+
+    /// As [`Self::new`], in steps of so many metres: those of a DEM of which this one is a part.
+    pub fn with_step(heightmap: &Heightmap, grid: &Grid, step_m: f64) -> Self {
         let mut table = Self { border: Border::new(grid), step_m, layers: Vec::new() };
         let survey = Survey::new(heightmap, grid);
         for level in 1..=grid.top() {
@@ -82,6 +86,11 @@ impl ErrorTable {
         let length = self.record_length() / 2;
         let start = (2 * grid.index(patch.square) + patch.half as usize) * length;
         &self.layers[patch.square.level as usize - 1][start..start + length]
+    }
+
+    /// The records of a level above the finest.
+    pub fn records(&self, level: u32) -> &[u16] {
+        &self.layers[level as usize - 1]
     }
 
     /// Numbers of one square.
@@ -130,6 +139,11 @@ impl ErrorTable {
     fn code(&self, error_m: f64) -> u16 {
         if error_m == 0.0 { 0 } else { (error_m / self.step_m * (1.0 + 1e-9)).ceil() as u16 }
     }
+}
+
+/// Numbers of one square, in the table of any DEM.
+pub(crate) fn record_length(k: u32) -> usize {
+    2 * (3 * k as usize + 4)
 }
 
 /// What is measured: triangles of a patch by their local vertices.

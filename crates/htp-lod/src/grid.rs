@@ -96,6 +96,13 @@ pub(crate) struct Layer {
     heights_m: Vec<[f32; 2]>,
 }
 
+impl Layer {
+    /// Lowest and highest sample of each square, row by row.
+    pub fn ranges_m(&self) -> &[[f32; 2]] {
+        &self.heights_m
+    }
+}
+
 /// The hierarchy over one DEM.
 pub(crate) struct Grid {
     /// Small triangles along each side of a patch, and squares along each side of the next coarser square.

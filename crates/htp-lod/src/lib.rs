@@ -55,6 +55,6 @@ mod slots;
 mod wishes;
 
 pub use blocks::{index_list, local_vertices};
-pub use cells::{Cell, CellsHeader, Resident};
+pub use cells::{Cell, CellFile, CellSource, CellsError, CellsHeader, CutError, Cutter, Resident, Scan, cut};
 pub use method::Htp;
 pub use options::{Batching, HtpError, LevelMetric, Options};

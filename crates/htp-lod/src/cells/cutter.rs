@@ -1,0 +1,165 @@
+//! From the rows of a DEM to cells, one row of cells at a time: only their samples are in memory.
+
+use rayon::prelude::*;
+use terrain_core::Heightmap;
+
+use super::bytes::Part;
+use super::file::{CellSource, CellsError, read_header};
+use super::header::HEADER;
+use super::scan::{CutError, HeightsCrc, Scan};
+use super::{Cell, CellsHeader, codes, local};
+use crate::errors::ErrorTable;
+use crate::grid::Grid;
+use crate::options::Options;
+
+/// The second of two passes over the rows of a DEM. The bytes that it makes may be written in any order:
+/// [`Self::header_bytes`] at 0, and the pieces of each row of cells.
+///
+/// ```text
+///  rows --push--> last row of a row of cells? --cut--> two pieces: resident part, cells
+/// ```
+pub struct Cutter {
+    header: CellsHeader,
+    parts: [Part; 2],
+    /// Rows of the current row of cells, one after the other.
+    heights_m: Vec<f32>,
+    /// Rows taken so far.
+    rows: u32,
+    heights: HeightsCrc,
+}
+
+/// Bytes, and where in the file they go.
+pub type Piece = (u64, Vec<u8>);
+
+impl Cutter {
+    /// For a DEM that has been scanned.
+    pub fn new(header: CellsHeader) -> Self {
+        let parts = [Part::resident(&header), Part::streamed(&header)];
+        let rows = header.cell_side().min(header.samples[1] - 1) as usize + 1;
+        let heights_m = Vec::with_capacity(rows * header.samples[0] as usize);
+        Self { header, parts, heights_m, rows: 0, heights: HeightsCrc::default() }
+    }
+
+    /// Bytes of the whole file.
+    pub fn file_bytes(&self) -> u64 {
+        self.parts[1].end()
+    }
+
+    /// The first bytes of the file.
+    pub fn header_bytes(&self) -> [u8; HEADER] {
+        self.header.to_bytes()
+    }
+
+    /// Takes the next row; the row of cells that it completes, if it does.
+    pub fn push(&mut self, row_m: &[f32]) -> Option<u32> {
+        assert_eq!(row_m.len(), self.header.samples[0] as usize, "samples of a row");
+        let (side, last) = (self.header.cell_side(), self.header.samples[1] - 1);
+        if self.rows > 1 && (self.rows - 1).is_multiple_of(side) {
+            // The last row of the cells to the north is the first of those to the south.
+            let kept = self.heights_m.len() - row_m.len();
+            self.heights_m.drain(..kept);
+        }
+        self.heights_m.extend(row_m);
+        self.heights.push(row_m);
+        let row = self.rows;
+        self.rows += 1;
+        (row > 0 && (row.is_multiple_of(side) || row == last)).then(|| (row - 1) / side)
+    }
+
+    /// Cuts the row of cells that is complete, on the threads of the current pool.
+    pub fn cut(&self) -> [Piece; 2] {
+        let row = (self.rows - 2) / self.header.cell_side();
+        let cells: Vec<[Cell; 2]> =
+            (0..self.header.cells()[0]).into_par_iter().map(|column| self.cut_cell([column, row])).collect();
+        [0, 1].map(|part| {
+            let mut bytes = Vec::with_capacity(cells.len() * self.parts[part].record());
+            for (column, cell) in cells.iter().enumerate() {
+                self.parts[part].write([column as u32, row], &cell[part], &mut bytes);
+            }
+            (self.parts[part].offset([0, row]), bytes)
+        })
+    }
+
+    /// Whether a file has a row of cells of this DEM already, whole.
+    pub fn has_row(&self, source: &dyn CellSource, row: u32) -> Result<bool, CellsError> {
+        for part in &self.parts {
+            let mut bytes = vec![0; part.record()];
+            for column in 0..self.header.cells()[0] {
+                source.read_at(part.offset([column, row]), &mut bytes)?;
+                if part.parse([column, row], &bytes).is_err() {
+                    return Ok(false);
+                }
+            }
+        }
+        Ok(true)
+    }
+
+    /// Whether a file was begun for the same DEM and the same cells.
+    pub fn began(&self, source: &dyn CellSource) -> bool {
+        let has_length = source.len().is_ok_and(|bytes| bytes == self.file_bytes());
+        has_length && read_header(source).is_ok_and(|header| header == self.header)
+    }
+
+    /// Refuses cells whose rows were not those of the scan; to be asked after the last row.
+    pub fn finish(self) -> Result<(), CutError> {
+        if self.heights.finish() == self.header.heights_crc { Ok(()) } else { Err(CutError::Changed) }
+    }
+
+    /// What stays resident of a cell, and what is loaded of it.
+    fn cut_cell(&self, cell: [u32; 2]) -> [Cell; 2] {
+        let header = &self.header;
+        let first = (cell[0] * header.cell_side()) as usize;
+        let row_m = |row: u32| &self.heights_m[row as usize * header.samples[0] as usize + first..];
+        let heightmap = local::heightmap(header, cell, row_m).expect("finite heights");
+        let grid = Grid::new(&heightmap, &header.options());
+        let errors = ErrorTable::with_step(&heightmap, &grid, header.step_m());
+        let levels = [header.streamed..header.layers, 0..header.streamed];
+        [0, 1].map(|part| Cell {
+            heights: self.codes(&heightmap, &self.parts[part]),
+            ranges_m: levels[part].clone().map(|level| local::ranges_m(header, &grid, level)).collect(),
+            errors: levels[part]
+                .clone()
+                .filter(|level| *level > 0)
+                .map(|level| self.errors(&grid, &errors, level))
+                .collect(),
+        })
+    }
+
+    fn codes(&self, heightmap: &Heightmap, part: &Part) -> Vec<u8> {
+        let [last_column, last_row] = [heightmap.columns() - 1, heightmap.rows() - 1];
+        let mut codes = Vec::new();
+        for row in 0..=part.side {
+            for column in 0..=part.side {
+                let (column, row) = ((column * part.step).min(last_column), (row * part.step).min(last_row));
+                let height_m = heightmap.height_m(terrain_core::Sample { column, row });
+                codes::push(self.header.format, height_m, &mut codes);
+            }
+        }
+        codes::pad(&mut codes);
+        codes
+    }
+
+    fn errors(&self, grid: &Grid, errors: &ErrorTable, level: u32) -> Vec<u16> {
+        let (size, side) = (grid.layers[level as usize].size, local::squares(&self.header, level));
+        local::padded(errors.records(level), size, side, crate::errors::record_length(self.header.k))
+    }
+}
+
+/// The whole file as bytes: for a DEM that is in memory. Panics if its options are such that [`Scan::new`] refuses them.
+pub fn cut(heightmap: &Heightmap, options: &Options) -> Vec<u8> {
+    let samples = [heightmap.columns(), heightmap.rows()];
+    let rows = || heightmap.heights_m().chunks(samples[0] as usize);
+    let mut scan = Scan::new(samples, heightmap.spacing_m(), None, options).expect("options that can be streamed");
+    rows().for_each(|row_m| scan.push(row_m));
+    let mut cutter = Cutter::new(scan.finish());
+    let mut bytes = vec![0; cutter.file_bytes() as usize];
+    bytes[..HEADER].copy_from_slice(&cutter.header_bytes());
+    for row_m in rows() {
+        if cutter.push(row_m).is_some() {
+            for (at, piece) in cutter.cut() {
+                bytes[at as usize..][..piece.len()].copy_from_slice(&piece);
+            }
+        }
+    }
+    bytes
+}

@@ -1,0 +1,320 @@
+use std::io;
+use std::sync::Arc;
+
+use terrain_core::{HeightFormat, Heightmap, Sample, SplitMix64};
+
+use super::*;
+use crate::errors::{ErrorTable, record_length};
+use crate::grid::{Grid, Square};
+
+const SHAPES: [(u32, u32); 5] = [(2, 2), (2, 5), (3, 3), (3, 4), (4, 3)];
+
+fn options(k: u32, layers: u32) -> Options {
+    Options { k, layers, ..Options::default() }
+}
+
+/// Whole metres or not, from a seed.
+fn rough(columns: u32, rows: u32, seed: u64, is_whole: bool) -> Heightmap {
+    let mut random = SplitMix64::new(seed);
+    let height_m = |_| random.range(-100.0, 3000.0) as f32;
+    let mut heights_m: Vec<f32> = (0..columns * rows).map(height_m).collect();
+    if is_whole {
+        heights_m.iter_mut().for_each(|height_m| *height_m = height_m.round());
+    }
+    // Whole metres have no negative zero.
+    heights_m.iter_mut().for_each(|height_m| *height_m += 0.0);
+    Heightmap::new(columns, rows, [30.0, 20.0], heights_m).unwrap()
+}
+
+fn open(bytes: &[u8]) -> Result<(CellFile, Resident), CellsError> {
+    CellFile::open(Arc::new(bytes.to_vec()))
+}
+
+/// DEMs of awkward sizes, smaller than a cell among them, with each shape of the hierarchy.
+fn for_each_dem(mut check: impl FnMut(&Heightmap, u32, u32, &str)) {
+    for (k, layers) in SHAPES {
+        for (columns, rows, is_whole) in [(100, 70, true), (82, 82, false), (2, 90, true), (19, 3, false)] {
+            let seed = (columns * rows * k + layers) as u64;
+            let what = format!("{columns} x {rows}, k {k}, {layers} layers, seed {seed}");
+            check(&rough(columns, rows, seed, is_whole), k, layers, &what);
+        }
+    }
+}
+
+#[test]
+fn heights_come_back_bit_by_bit() {
+    let mut formats = [0; 2];
+    for_each_dem(|heightmap, k, layers, what| {
+        let (file, _) = open(&cut(heightmap, &options(k, layers))).unwrap();
+        formats[matches!(file.header().format, HeightFormat::F32) as usize] += 1;
+        let rows = 0..file.header().cells()[1];
+        let found: Vec<f32> = rows.flat_map(|row| file.heights_m(row).unwrap()).collect();
+        let bits = |heights_m: &[f32]| heights_m.iter().map(|height_m| height_m.to_bits()).collect::<Vec<_>>();
+        assert_eq!(bits(&found), bits(heightmap.heights_m()), "{what}");
+    });
+    assert_eq!(formats, [2 * SHAPES.len(); 2], "whole metres in 16 bits, others in 32");
+}
+
+#[test]
+fn cells_hold_the_samples_the_ranges_and_the_errors_of_the_whole_dem() {
+    for_each_dem(|heightmap, k, layers, what| {
+        let options = options(k, layers);
+        let (grid, record) = (Grid::new(heightmap, &options), record_length(k));
+        let table = ErrorTable::new(heightmap, &grid);
+        let (file, _) = open(&cut(heightmap, &options)).unwrap();
+        let header = file.header();
+        for cell in grid.squares(grid.top()) {
+            let found = file.read([cell.column, cell.row]).unwrap();
+            for level in 0..header.streamed {
+                let side = k.pow(layers - 1 - level);
+                for (i, range_m) in found.ranges_m[level as usize].iter().enumerate() {
+                    let [column, row] = [cell.column * side + i as u32 % side, cell.row * side + i as u32 / side];
+                    let square = Square { level, column, row };
+                    let of_the_grid = |square| (range_of(&grid, square), errors_of(&grid, &table, square, record));
+                    let expected = if grid.exists(square) { of_the_grid(square) } else { ([0.0; 2], vec![0; record]) };
+                    assert_eq!(*range_m, expected.0, "{what}, {square:?}");
+                    if level > 0 {
+                        let errors = &found.errors[level as usize - 1][i * record..][..record];
+                        assert_eq!(errors, expected.1, "{what}, {square:?}");
+                    }
+                }
+            }
+            let side = header.cell_side();
+            let heights_m = codes::decode(header.format, &found.heights);
+            for (i, height_m) in heights_m.iter().take((side as usize + 1).pow(2)).enumerate() {
+                let [column, row] =
+                    [cell.column * side + i as u32 % (side + 1), cell.row * side + i as u32 / (side + 1)];
+                let at = Sample { column: column.min(header.samples[0] - 1), row: row.min(header.samples[1] - 1) };
+                assert_eq!(*height_m, heightmap.height_m(at), "{what}, {cell:?}, {at:?}");
+            }
+        }
+    });
+}
+
+fn range_of(grid: &Grid, square: Square) -> [f32; 2] {
+    grid.layer(square).ranges_m()[grid.index(square)]
+}
+
+fn errors_of(grid: &Grid, table: &ErrorTable, square: Square, record: usize) -> Vec<u16> {
+    if square.level == 0 {
+        return Vec::new();
+    }
+    table.records(square.level)[grid.index(square) * record..][..record].to_vec()
+}
+
+#[test]
+fn what_stays_resident_is_that_of_the_whole_dem() {
+    for_each_dem(|heightmap, k, layers, what| {
+        let grid = Grid::new(heightmap, &options(k, layers));
+        let table = ErrorTable::new(heightmap, &grid);
+        let (file, resident) = open(&cut(heightmap, &options(k, layers))).unwrap();
+        let header = file.header();
+        for (i, level) in (header.streamed..layers).enumerate() {
+            assert_eq!(resident.ranges_m[i], grid.layers[level as usize].ranges_m(), "{what}, level {level}");
+            assert_eq!(resident.errors[i], table.records(level), "{what}, level {level}");
+        }
+        let [columns, rows] = header.coarse_size();
+        let step = header.coarse_step();
+        let code = header.format.bytes() as usize;
+        assert_eq!(resident.heights.len(), (columns as usize * rows as usize * code).next_multiple_of(4));
+        for i in 0..columns * rows {
+            let column = (i % columns * step).min(heightmap.columns() - 1);
+            let row = (i / columns * step).min(heightmap.rows() - 1);
+            let found_m = header.format.decode(&resident.heights[i as usize * code..][..code]);
+            assert_eq!(found_m, heightmap.height_m(Sample { column, row }), "{what}, {column}, {row}");
+        }
+    });
+}
+
+#[test]
+fn a_file_that_declares_its_steps_is_kept_in_16_bits() {
+    let [scale, offset_m] = [0.1, -10.0];
+    for first in [0.0, -20_000.0] {
+        let height_m = |i: u32| ((first + (i * 37 % 30_011) as f64) * scale + offset_m) as f32;
+        let heights_m: Vec<f32> = (0..60 * 50).map(height_m).collect();
+        let mut scan = Scan::new([60, 50], [1.0; 2], Some([scale, offset_m]), &options(3, 3)).unwrap();
+        heights_m.chunks(60).for_each(|row_m| scan.push(row_m));
+        let format = scan.finish().format;
+        assert!(matches!(format, HeightFormat::U16 { scale_m, .. } if scale_m == scale), "{format:?}");
+        for height_m in heights_m {
+            let mut code = Vec::new();
+            codes::push(format, height_m, &mut code);
+            assert_eq!(format.decode(&code), height_m);
+        }
+    }
+}
+
+#[test]
+fn levels_that_are_streamed() {
+    let streamed = |k, layers| Scan::new([50, 50], [1.0; 2], None, &options(k, layers)).unwrap().finish().streamed;
+    assert_eq!(
+        [(3, 5), (3, 3), (3, 2), (2, 6), (4, 4), (8, 2)].map(|(k, layers)| streamed(k, layers)),
+        [2, 2, 1, 3, 2, 1]
+    );
+    let refused = |k, layers| Scan::new([50, 50], [1.0; 2], None, &options(k, layers)).err().unwrap().to_string();
+    assert_eq!(refused(3, 1), "1 layer: expected at least 2, a resident one above those that are loaded");
+    assert_eq!(refused(1, 3), "k of 1: expected 2 to 16");
+    assert_eq!(refused(4, 6), "k of 4 with 6 layers makes cells of 4096 sample intervals: expected at most 1024");
+}
+
+/// Reads all that a file has.
+fn read_all(bytes: &[u8]) -> Result<(), CellsError> {
+    let (file, _) = open(bytes)?;
+    let [columns, rows] = file.header().cells();
+    (0..columns * rows).try_for_each(|i| file.read([i % columns, i / columns]).map(drop))
+}
+
+#[test]
+fn every_changed_byte_and_every_truncation_is_noticed() {
+    for is_whole in [true, false] {
+        let bytes = cut(&rough(12, 7, 5, is_whole), &options(2, 3));
+        assert!(read_all(&bytes).is_ok());
+        for at in 0..bytes.len() {
+            for bit in [0x01, 0x80] {
+                let mut changed = bytes.clone();
+                changed[at] ^= bit;
+                assert!(read_all(&changed).is_err(), "byte {at} changed");
+            }
+            assert!(open(&bytes[..at]).is_err(), "cut at byte {at}");
+        }
+        let longer = [&bytes[..], &[0]].concat();
+        assert!(matches!(open(&longer), Err(CellsError::Length { .. })));
+    }
+}
+
+#[test]
+fn a_cell_in_the_place_of_another_is_noticed() {
+    let bytes = cut(&rough(12, 7, 5, true), &options(2, 2));
+    let (file, _) = open(&bytes).unwrap();
+    let (from, cell) = (file.resident_bytes() as usize, file.cell_bytes() as usize);
+    let mut swapped = bytes.clone();
+    swapped[from..from + 2 * cell].rotate_left(cell);
+    let (file, _) = open(&swapped).unwrap();
+    let expected = "cell (1, 0) in place of cell (0, 0); expected each in its own: copy or cut it again";
+    assert_eq!(file.read([0, 0]).unwrap_err().to_string(), expected);
+    assert!(matches!(file.read([1, 0]), Err(CellsError::WrongCell { expected: [1, 0], found: [0, 0] })));
+    assert!(file.read([2, 0]).is_ok());
+}
+
+#[test]
+fn a_cell_of_another_dem_is_noticed() {
+    let [mut bytes, other] = [5, 6].map(|seed| cut(&rough(12, 7, seed, true), &options(2, 2)));
+    let from = open(&bytes).unwrap().0.resident_bytes() as usize;
+    bytes[from..].copy_from_slice(&other[from..]);
+    assert!(matches!(open(&bytes).unwrap().0.read([0, 0]), Err(CellsError::Damaged { .. })));
+}
+
+#[test]
+fn refusals_say_what_was_found_and_expected() {
+    let bytes = cut(&rough(12, 7, 5, true), &options(2, 2));
+    let refused = |bytes: &[u8]| open(bytes).err().unwrap().to_string();
+    let changed = |at: usize| {
+        let mut bytes = bytes.clone();
+        bytes[at] ^= 2;
+        bytes
+    };
+    assert_eq!(refused(b"tin-maps"), "no file of cells; expected one that `terrain-lod dem cells` has written");
+    assert_eq!(refused(&changed(0)), "no file of cells; expected one that `terrain-lod dem cells` has written");
+    assert_eq!(refused(&changed(8)), "cells of version 3; expected version 1: cut them again");
+    let damaged = |part| format!("damaged: {part}; expected bytes with their checksum: copy or cut it again");
+    assert_eq!(refused(&changed(12)), damaged("header"));
+    assert_eq!(refused(&changed(100)), damaged("resident part, cell (0, 0)"));
+    let length =
+        format!("{} bytes; expected {} by the file's header: copy or cut it again", bytes.len() - 1, bytes.len());
+    assert_eq!(refused(&bytes[..bytes.len() - 1]), length);
+}
+
+/// The loop of whoever keeps the file, ended after some rows of cells.
+fn cut_into(file: &mut Vec<u8>, heightmap: &Heightmap, shape: &Options, mut rows_of_cells: u32) -> u32 {
+    let samples = [heightmap.columns(), heightmap.rows()];
+    let rows = || heightmap.heights_m().chunks(samples[0] as usize);
+    let mut scan = Scan::new(samples, heightmap.spacing_m(), None, shape).unwrap();
+    rows().for_each(|row_m| scan.push(row_m));
+    let mut cutter = Cutter::new(scan.finish());
+    if !cutter.began(file) {
+        *file = vec![0; cutter.file_bytes() as usize];
+        file[..cutter.header_bytes().len()].copy_from_slice(&cutter.header_bytes());
+    }
+    let mut made = 0;
+    for row_m in rows() {
+        let Some(row) = cutter.push(row_m) else { continue };
+        if cutter.has_row(file, row).unwrap() {
+            continue;
+        }
+        if rows_of_cells == 0 {
+            return made;
+        }
+        (rows_of_cells, made) = (rows_of_cells - 1, made + 1);
+        for (at, piece) in cutter.cut() {
+            file[at as usize..][..piece.len()].copy_from_slice(&piece);
+        }
+    }
+    cutter.finish().unwrap();
+    made
+}
+
+#[test]
+fn a_cut_that_was_ended_goes_on() {
+    let (heightmap, shape) = (rough(40, 70, 9, true), options(2, 4));
+    let whole = cut(&heightmap, &shape);
+    for ended in 0..=5 {
+        let mut file = Vec::new();
+        assert_eq!(cut_into(&mut file, &heightmap, &shape, ended), ended);
+        assert_eq!(cut_into(&mut file, &heightmap, &shape, 9), 5 - ended, "rows of cells that were missing");
+        assert!(file == whole, "ended after {ended}");
+    }
+}
+
+#[test]
+fn a_cut_that_was_ended_begins_anew_for_another_dem_and_mends_what_is_damaged() {
+    let (heightmap, shape) = (rough(40, 70, 9, true), options(2, 4));
+    let mut file = Vec::new();
+    cut_into(&mut file, &rough(40, 70, 10, true), &shape, 3);
+    assert_eq!(cut_into(&mut file, &heightmap, &shape, 9), 5);
+    let at = file.len() / 2;
+    file[at] ^= 1;
+    assert_eq!(cut_into(&mut file, &heightmap, &shape, 9), 1);
+    assert!(file == cut(&heightmap, &shape));
+}
+
+#[test]
+fn rows_that_changed_after_the_scan_are_noticed() {
+    let heightmap = rough(12, 7, 5, true);
+    let mut scan = Scan::new([12, 7], [1.0; 2], None, &options(2, 2)).unwrap();
+    heightmap.heights_m().chunks(12).for_each(|row_m| scan.push(row_m));
+    let mut cutter = Cutter::new(scan.finish());
+    for row in 0..7 {
+        let mut row_m = heightmap.heights_m()[row * 12..][..12].to_vec();
+        row_m[3] += (row == 5) as u32 as f32;
+        if cutter.push(&row_m).is_some() {
+            cutter.cut();
+        }
+    }
+    assert_eq!(cutter.finish(), Err(CutError::Changed));
+}
+
+struct Broken;
+
+impl CellSource for Broken {
+    fn len(&self) -> io::Result<u64> {
+        Ok(1 << 40)
+    }
+
+    fn read_at(&self, _: u64, _: &mut [u8]) -> io::Result<()> {
+        Err(io::Error::other("the disk is gone"))
+    }
+}
+
+#[test]
+fn a_disk_that_fails_is_not_a_damaged_file() {
+    let error = CellFile::open(Arc::new(Broken)).err().unwrap();
+    assert_eq!(error.to_string(), "cannot read cells: the disk is gone");
+}
+
+/// Kept files of another version of this crate must not look right: if this fails, raise `VERSION`.
+#[test]
+fn the_bytes_of_this_version_are_pinned() {
+    let height_m = |i: u32| 40.0 * ((i % 97) as f32 * (i / 97) as f32 % 23.0) + (i * 37 % 101) as f32;
+    let heightmap = Heightmap::new(97, 70, [10.0; 2], (0..97 * 70).map(height_m).collect()).unwrap();
+    assert_eq!(crc32fast::hash(&cut(&heightmap, &options(3, 4))), 543_820_871);
+}
