@@ -31,6 +31,7 @@ mod mesh_file;
 mod options;
 mod part;
 mod raster;
+mod rows;
 mod samples;
 mod sidecar;
 pub mod synthetic;
@@ -44,10 +45,11 @@ use terrain_core::Heightmap;
 
 pub use atomic::write_atomically;
 pub use error::DemError;
-pub use formats::png::write_png16;
+pub use formats::png::{write_png16, write_png16_rows};
 pub use mesh_file::{Mesh, MeshFormat};
 pub use options::{ColourCode, HeightUnit, RawLayout, ReadOptions, VoidPolicy};
 pub use part::Crop;
+pub use rows::{DemRows, open_rows};
 pub use voids::VoidMask;
 
 use input::Input;
@@ -113,11 +115,17 @@ pub fn open(spec: &str, options: &ReadOptions) -> Result<Dem, DemError> {
     if spec.starts_with(synthetic::PREFIX) {
         return open_synthetic(spec, options);
     }
+    let (input, sidecar) = find(spec)?;
+    load::load(input, sidecar, options)
+}
+
+/// A built-in DEM, or a file, with its sidecar.
+fn find(spec: &str) -> Result<(Input, Sidecar), DemError> {
     if let Some((name, png, sidecar)) = BUILT_IN.iter().find(|(name, ..)| *name == spec) {
         let sidecar = Sidecar::parse(&format!("{name}.toml"), sidecar)?;
-        return load::load(Input::memory((*name).to_owned(), format!("{name}.png"), *png)?, sidecar, options);
+        return Ok((Input::memory((*name).to_owned(), format!("{name}.png"), *png)?, sidecar));
     }
-    read(Path::new(spec), options)
+    find_file(Path::new(spec))
 }
 
 /// What a user may name, for messages.
@@ -133,6 +141,11 @@ pub fn built_in_names() -> impl Iterator<Item = &'static str> {
 
 /// Reads an elevation file and its sidecar.
 pub fn read(path: &Path, options: &ReadOptions) -> Result<Dem, DemError> {
+    let (input, sidecar) = find_file(path)?;
+    load::load(input, sidecar, options)
+}
+
+fn find_file(path: &Path) -> Result<(Input, Sidecar), DemError> {
     let shown = path.display().to_string();
     let io_error = |source: io::Error| match source.kind() {
         io::ErrorKind::NotFound => DemError::input(&shown, format!("no such file; expected {}", expected())),
@@ -141,7 +154,7 @@ pub fn read(path: &Path, options: &ReadOptions) -> Result<Dem, DemError> {
     if !path.metadata().map_err(io_error)?.is_file() {
         return Err(DemError::input(&shown, format!("not a file; expected {}", formats::EXPECTED)));
     }
-    load::load(Input::open(path)?, Sidecar::read(&path.with_extension("toml"))?, options)
+    Ok((Input::open(path)?, Sidecar::read(&path.with_extension("toml"))?))
 }
 
 /// Reads an elevation file that is in memory. Its name stands for it in messages, and tells the place of an `.hgt`; it has

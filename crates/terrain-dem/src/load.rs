@@ -7,7 +7,7 @@ use terrain_core::Heightmap;
 
 use crate::input::Input;
 use crate::part::part;
-use crate::raster::{ABSURD, Decoded, Facts, Heights, Meaning};
+use crate::raster::{ABSURD, Decoded, Facts, Grid, Heights, Meaning, OnRow};
 use crate::samples::SampleType;
 use crate::sidecar::Sidecar;
 use crate::voids::{self, VoidMask};
@@ -22,19 +22,64 @@ const SUSPECT: f64 = -9999.0;
 /// The deepest and highest places of this planet, with some room, in metres.
 const PLAUSIBLE_M: std::ops::RangeInclusive<f32> = -11_500.0..=9_500.0;
 
+/// Reads a DEM as a whole.
 pub fn load(input: Input, sidecar: Sidecar, options: &ReadOptions) -> Result<Dem, DemError> {
-    let shown = input.shown.clone();
-    let name = Path::new(&input.file_name).file_stem().unwrap_or_default().to_string_lossy().into_owned();
-    read(&name, input, sidecar, options).map_err(|unread| match unread {
-        Unread::Reason(reason) => DemError::input(&shown, reason),
-        Unread::Error(error) => error,
-    })
+    let (shown, name) = (input.shown.clone(), name(&input));
+    whole(name, input, sidecar, options).map_err(|unread| unread.of(&shown))
+}
+
+/// Reads a DEM row by row, if that can be done; and if it still has the columns and rows that it had, where some are given.
+pub fn load_rows(
+    input: Input,
+    sidecar: &Sidecar,
+    options: &ReadOptions,
+    expected: Option<[u32; 2]>,
+    on_row: OnRow,
+) -> Result<ByRows, DemError> {
+    let (shown, name) = (input.shown.clone(), name(&input));
+    let opened = open(input, sidecar, options).map_err(|unread| unread.of(&shown))?;
+    if expected.is_some_and(|expected| expected != [opened.facts.columns, opened.facts.rows]) {
+        return Ok(ByRows::Refused("it has another size than before".to_owned()));
+    }
+    by_rows(name, opened, options, on_row).map_err(|unread| unread.of(&shown))
+}
+
+/// What came of reading row by row.
+pub enum ByRows {
+    /// All rows were taken.
+    Done(Box<RowsOf>),
+    /// Whoever took them had enough.
+    Stopped,
+    /// It cannot be done, for a reason in words.
+    Refused(String),
+}
+
+/// A DEM without its heights.
+#[derive(Debug)]
+pub struct RowsOf {
+    pub name: String,
+    pub samples: [u32; 2],
+    pub spacing_m: [f64; 2],
+    pub reading: Reading,
+}
+
+fn name(input: &Input) -> String {
+    Path::new(&input.file_name).file_stem().unwrap_or_default().to_string_lossy().into_owned()
 }
 
 /// A reason still lacks the file's name.
 enum Unread {
     Reason(String),
     Error(DemError),
+}
+
+impl Unread {
+    fn of(self, shown: &str) -> DemError {
+        match self {
+            Self::Reason(reason) => DemError::input(shown, reason),
+            Self::Error(error) => error,
+        }
+    }
 }
 
 impl From<String> for Unread {
@@ -49,21 +94,66 @@ impl From<DemError> for Unread {
     }
 }
 
-fn read(name: &str, input: Input, sidecar: Sidecar, options: &ReadOptions) -> Result<Dem, Unread> {
-    let mut grid = formats::open(input, options)?;
+/// A file whose header has been read, and what its samples mean.
+struct Opened {
+    grid: Box<dyn Grid>,
+    facts: Facts,
+    spacing_m: [f64; 2],
+    spacing_from: String,
+    meaning: Meaning,
+}
+
+fn open(input: Input, sidecar: &Sidecar, options: &ReadOptions) -> Result<Opened, Unread> {
+    let grid = formats::open(input, options)?;
     let mut facts = grid.facts().clone();
     facts.check_size(options.limit())?;
     check_band(&facts, options)?;
-    let (spacing_m, spacing_from) = spacing(&facts, &sidecar, options)?;
-    let meaning = meaning(&facts, &sidecar, options)?;
+    let (spacing_m, spacing_from) = spacing(&facts, sidecar, options)?;
+    let meaning = meaning(&facts, sidecar, options)?;
+    if facts.samples.bytes() == 1 && !options.allow_8_bit {
+        facts.warnings.push("8 bits a sample: the 256 heights show as steps".to_owned());
+    }
+    Ok(Opened { grid, facts, spacing_m, spacing_from, meaning })
+}
 
+fn by_rows(name: String, opened: Opened, options: &ReadOptions, on_row: OnRow) -> Result<ByRows, Unread> {
+    let Opened { mut grid, mut facts, spacing_m, spacing_from, meaning } = opened;
+    if !grid.is_by_rows() {
+        return Ok(ByRows::Refused(format!("{} is not in rows from the north", facts.format)));
+    }
+    check_spacing(spacing_m)?;
+    let mut is_asked = false;
+    let mut on_row = |row_m: &[f32]| {
+        let flow = on_row(row_m);
+        is_asked = flow.is_break();
+        flow
+    };
+    let mut heights = Heights::by_rows(&facts, meaning, &mut on_row);
+    grid.decode(&mut heights)?;
+    let decoded = heights.finish();
+    if is_asked {
+        return Ok(ByRows::Stopped);
+    }
+    if decoded.found < facts.count() {
+        return Ok(ByRows::Refused("voids are filled from their whole rim".to_owned()));
+    }
+    warn_of_range(&mut facts.warnings, meaning, decoded.range_m);
+    let samples = [facts.columns, facts.rows];
+    let reading = reading(facts, meaning, spacing_from, options);
+    Ok(ByRows::Done(Box::new(RowsOf { name, samples, spacing_m, reading })))
+}
+
+/// As a heightmap would.
+fn check_spacing(spacing_m: [f64; 2]) -> Result<(), String> {
+    Heightmap::new(2, 2, spacing_m, vec![0.0; 4]).map(drop).map_err(|e| e.to_string())
+}
+
+fn whole(name: String, input: Input, sidecar: Sidecar, options: &ReadOptions) -> Result<Dem, Unread> {
+    let Opened { mut grid, mut facts, spacing_m, spacing_from, meaning } = open(input, &sidecar, options)?;
     let mut heights = Heights::new(&facts, meaning);
     grid.decode(&mut heights)?;
     drop(grid);
     let decoded = heights.finish();
-    if facts.samples.bytes() == 1 && !options.allow_8_bit {
-        facts.warnings.push("8 bits a sample: the 256 heights show as steps".to_owned());
-    }
     let range_m = decoded.range_m;
     let (heights_m, mask) = settle_voids(&mut facts, meaning, decoded, options.voids)?;
     warn_of_range(&mut facts.warnings, meaning, range_m);
@@ -72,7 +162,7 @@ fn read(name: &str, input: Input, sidecar: Sidecar, options: &ReadOptions) -> Re
     let reading = reading(facts, meaning, spacing_from, options);
     let Sidecar { source, licence, notice, .. } = sidecar;
     let (heightmap, voids) = (Arc::new(heightmap), mask.map(Arc::new));
-    let whole = Dem { name: name.to_owned(), heightmap, source, licence, notice, voids, reading };
+    let whole = Dem { name, heightmap, source, licence, notice, voids, reading };
     Ok(part(whole, options.crop, options.thin.unwrap_or(1))?)
 }
 

@@ -1,5 +1,7 @@
 //! What every decoder fills: a grid of heights, and what the file says of itself.
 
+use std::ops::ControlFlow;
+
 use terrain_core::Heightmap;
 
 use crate::georef::Spacing;
@@ -11,8 +13,14 @@ pub trait Grid {
     /// What the header says.
     fn facts(&self) -> &Facts;
 
-    /// Puts all samples, each once and in any order. Samples that are never put are voids.
+    /// Puts all samples, each once and in any order. Samples that are never put are voids. May end early once
+    /// [`Heights::is_stopped`].
     fn decode(&mut self, heights: &mut Heights) -> Result<(), DemError>;
+
+    /// Whether whole rows are put, the northern one first, in little memory.
+    fn is_by_rows(&self) -> bool {
+        false
+    }
 }
 
 /// What a file says of itself. `None` where it is silent.
@@ -144,13 +152,20 @@ impl Rule {
     }
 }
 
+/// What takes the rows of a DEM one by one, and says when it has enough.
+pub type OnRow<'a> = &'a mut dyn FnMut(&[f32]) -> ControlFlow<()>;
+
 /// The heights in metres as they are decoded; NaN at voids.
-pub struct Heights {
+pub struct Heights<'a> {
     columns: u32,
     rows: u32,
     south_up: bool,
     rule: Rule,
+    /// All of them, or those of one row.
     heights_m: Vec<f32>,
+    /// Takes each row, if they are not kept.
+    on_row: Option<OnRow<'a>>,
+    is_stopped: bool,
     found: u64,
     range_m: [f32; 2],
     voids: [u64; 3],
@@ -170,25 +185,58 @@ pub struct Decoded {
     pub undeclared: u64,
 }
 
-impl Heights {
+impl<'a> Heights<'a> {
     pub fn new(facts: &Facts, meaning: Meaning) -> Self {
+        Self::with(facts, meaning, facts.count(), None)
+    }
+
+    /// Keeps no more than a row; for a grid that [`is_by_rows`](Grid::is_by_rows). Stops at the first void.
+    pub fn by_rows(facts: &Facts, meaning: Meaning, on_row: OnRow<'a>) -> Self {
+        Self::with(facts, meaning, facts.columns as u64, Some(on_row))
+    }
+
+    fn with(facts: &Facts, meaning: Meaning, kept: u64, on_row: Option<OnRow<'a>>) -> Self {
         let Facts { columns, rows, south_up, .. } = *facts;
         Self {
             columns,
             rows,
             south_up,
             rule: Rule::of(meaning),
-            heights_m: vec![f32::NAN; facts.count() as usize],
+            heights_m: vec![f32::NAN; kept as usize],
+            on_row,
+            is_stopped: false,
             found: 0,
             range_m: [f32::INFINITY, f32::NEG_INFINITY],
             voids: [0; 3],
         }
     }
 
+    /// Whether nobody wants more rows.
+    pub fn is_stopped(&self) -> bool {
+        self.is_stopped
+    }
+
     /// Puts values into a row of the file, from a column on; what is over at its end is dropped.
     pub fn put(&mut self, row: u32, column: u32, values: impl Iterator<Item = f64>) {
-        let row = if self.south_up { self.rows - 1 - row } else { row };
-        let start = row as usize * self.columns as usize;
+        if self.on_row.is_none() {
+            let row = if self.south_up { self.rows - 1 - row } else { row };
+            return self.put_at(row as usize * self.columns as usize, column, values);
+        }
+        // A row that was left out, or one with a void in it, is for whoever fills voids.
+        let before = row as u64 * self.columns as u64;
+        self.is_stopped |= self.found != before;
+        if !self.is_stopped {
+            self.put_at(0, column, values);
+            self.is_stopped = self.found != before + self.columns as u64 || self.hand_on().is_break();
+        }
+    }
+
+    fn hand_on(&mut self) -> ControlFlow<()> {
+        self.on_row.as_mut().map_or(ControlFlow::Continue(()), |on_row| on_row(&self.heights_m))
+    }
+
+    /// Into the row that begins at `start`.
+    fn put_at(&mut self, start: usize, column: u32, values: impl Iterator<Item = f64>) {
         let target = &mut self.heights_m[start + column as usize..start + self.columns as usize];
         let ([mut low, mut high], mut found) = (self.range_m, 0);
         for (target, value) in target.iter_mut().zip(values) {

@@ -100,15 +100,15 @@ impl Packing {
     }
 }
 
-struct At<'a> {
-    heights: &'a mut Heights,
+struct At<'a, 'h> {
+    heights: &'a mut Heights<'h>,
     row: u32,
     column: u32,
     bytes: &'a [u8],
     packing: Packing,
 }
 
-impl At<'_> {
+impl At<'_, '_> {
     /// `value` takes little-endian bytes.
     fn put<const N: usize>(self, value: impl Fn([u8; N]) -> f64) {
         let is_big = self.packing.order == ByteOrder::Big;

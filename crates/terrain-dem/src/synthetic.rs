@@ -46,11 +46,18 @@ const SHORE: u64 = OCTAVES + 2;
 
 /// Makes a terrain with [`SPACING_M`] between samples. Panics if a side is not 2 to [`Heightmap::MAX_SIDE`].
 pub fn generate(columns: u32, rows: u32, seed: u64) -> Heightmap {
-    let mut heights_m = Vec::with_capacity(columns as usize * rows as usize);
-    for row in 0..rows {
-        heights_m.extend((0..columns).map(|column| height_m(seed, column as f64, row as f64) as f32));
+    let mut heights_m = vec![0.0; columns as usize * rows as usize];
+    for (row, row_m) in heights_m.chunks_mut(columns as usize).enumerate() {
+        fill_row(seed, row as u32, row_m);
     }
     Heightmap::new(columns, rows, [SPACING_M; 2], heights_m).expect("a size that a heightmap can have")
+}
+
+/// The heights of the first samples of a row, in metres.
+pub fn fill_row(seed: u64, row: u32, row_m: &mut [f32]) {
+    for (column, sample_m) in row_m.iter_mut().enumerate() {
+        *sample_m = height_m(seed, column as f64, row as f64) as f32;
+    }
 }
 
 /// Columns, rows and seed of `synthetic:COLUMNSxROWS:SEED`; `None` if it is not written so, or of no possible size.

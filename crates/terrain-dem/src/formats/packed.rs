@@ -72,7 +72,14 @@ impl Grid for PackedGrid {
                 }
             }
             self.rows.packing.put(heights, row, 0, &bytes);
+            if heights.is_stopped() {
+                break;
+            }
         }
         Ok(())
+    }
+
+    fn is_by_rows(&self) -> bool {
+        !self.facts.south_up
     }
 }

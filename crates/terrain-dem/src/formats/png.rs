@@ -1,15 +1,13 @@
 //! PNG: 16-bit greyscale in and out, heights packed in colours in.
 
-use std::io::ErrorKind;
+use std::io::{self, ErrorKind, Write};
 use std::path::Path;
 
-use image::codecs::png::{CompressionType, FilterType, PngDecoder, PngEncoder};
-use image::{DynamicImage, ImageBuffer, ImageError, Limits, Luma};
-use terrain_core::Heightmap;
+use png::{DecodingError, Limits};
 
-use crate::input::Input;
+use crate::input::{Input, ReadSeek};
 use crate::raster::{Facts, Grid, Heights};
-use crate::samples::SampleType;
+use crate::samples::{ByteOrder, Packing, SampleType};
 use crate::{ColourCode, DemError, write_atomically};
 
 const EXPECTED: &str = "a 16-bit greyscale PNG";
@@ -21,13 +19,14 @@ const SIGNATURE: &[u8] = b"\x89PNG\r\n\x1a\n";
 const MOST_A_BYTE: u64 = 1040;
 
 /// What the decoder may allocate beside the picture itself, in bytes: its window, one row, colour profiles and texts.
-const MAX_DECODER_BYTES: u64 = 64 << 20;
+const MAX_DECODER_BYTES: usize = 64 << 20;
 
 /// A PNG whose header is one that we read.
 pub struct PngGrid {
     input: Input,
     facts: Facts,
     colours: Option<ColourCode>,
+    is_interlaced: bool,
 }
 
 pub fn is_one(input: &Input) -> bool {
@@ -35,8 +34,8 @@ pub fn is_one(input: &Input) -> bool {
 }
 
 pub fn open(input: Input, allow_8_bit: bool, colours: Option<ColourCode>) -> Result<PngGrid, DemError> {
-    let checked = Header::parse(&input.start).and_then(|header| header.facts(allow_8_bit, colours));
-    let facts = checked.map_err(|reason| input.refuse(reason))?;
+    let header = Header::parse(&input.start).map_err(|reason| input.refuse(reason))?;
+    let facts = header.facts(allow_8_bit, colours).map_err(|reason| input.refuse(reason))?;
     // A colour takes three bytes at least, a height one or two.
     let bytes_each = if colours.is_some() { 3 } else { facts.samples.bytes() as u64 };
     if facts.count().saturating_mul(bytes_each) > input.length.saturating_mul(MOST_A_BYTE) {
@@ -45,7 +44,7 @@ pub fn open(input: Input, allow_8_bit: bool, colours: Option<ColourCode>) -> Res
         return Err(input
             .refuse(format!("a PNG of {length} bytes; expected more for {columns} x {rows} samples: fetch it again")));
     }
-    Ok(PngGrid { input, facts, colours })
+    Ok(PngGrid { input, facts, colours, is_interlaced: header.interlace != 0 })
 }
 
 impl Grid for PngGrid {
@@ -54,26 +53,70 @@ impl Grid for PngGrid {
     }
 
     fn decode(&mut self, heights: &mut Heights) -> Result<(), DemError> {
-        let columns = self.facts.columns as usize;
         let file = self.input.from(0)?;
-        let picture = PngDecoder::with_limits(file, limits()).and_then(DynamicImage::from_decoder);
-        match (picture.map_err(|e| picture_error(&self.input, e))?, self.colours) {
-            (DynamicImage::ImageLuma16(grey), None) => put(heights, columns, grey.as_raw(), 1, |v| v[0] as f64),
-            (DynamicImage::ImageLuma8(grey), None) => put(heights, columns, grey.as_raw(), 1, |v| v[0] as f64),
-            (DynamicImage::ImageRgb8(rgb), Some(code)) => put(heights, columns, rgb.as_raw(), 3, |v| height_m(code, v)),
-            (DynamicImage::ImageRgba8(rgba), Some(code)) => {
-                put(heights, columns, rgba.as_raw(), 4, |v| height_m(code, v))
+        let decoded = png::Decoder::new_with_limits(file, Limits { bytes: MAX_DECODER_BYTES }).read_info();
+        let decoded = decoded.and_then(|mut reader| {
+            if reader.info().trns.is_some() && self.colours.is_none() {
+                return Ok(false);
             }
-            _ => return Err(self.input.refuse(format!("a PNG with transparent samples; expected {EXPECTED} without"))),
+            let put =
+                |row: u32, bytes: &[u8], heights: &mut Heights| put(&self.facts, self.colours, heights, row, bytes);
+            match self.is_interlaced {
+                true => put_interlaced(&mut reader, |row, bytes| put(row, bytes, heights)),
+                false => put_rows(&mut reader, heights, put),
+            }
+            .map(|()| true)
+        });
+        match decoded {
+            Ok(true) => Ok(()),
+            Ok(false) => Err(self.input.refuse(format!("a PNG with transparent samples; expected {EXPECTED} without"))),
+            Err(error) => Err(picture_error(&self.input, error)),
         }
-        Ok(())
+    }
+
+    fn is_by_rows(&self) -> bool {
+        !self.is_interlaced
     }
 }
 
-/// Puts all rows; each sample is `channels` values.
-fn put<T>(heights: &mut Heights, columns: usize, values: &[T], channels: usize, value: impl Fn(&[T]) -> f64) {
-    for (row, values) in values.chunks(columns * channels).enumerate() {
-        heights.put(row as u32, 0, values.chunks(channels).map(&value));
+type Reader<'a> = png::Reader<&'a mut dyn ReadSeek>;
+
+/// Puts a row as soon as it is decoded.
+fn put_rows(
+    reader: &mut Reader,
+    heights: &mut Heights,
+    put: impl Fn(u32, &[u8], &mut Heights),
+) -> Result<(), DecodingError> {
+    let mut row = 0;
+    while let Some(decoded) = reader.next_row()? {
+        put(row, decoded.data(), heights);
+        row += 1;
+        if heights.is_stopped() {
+            return Ok(());
+        }
+    }
+    // What follows has checksums, too.
+    reader.finish()
+}
+
+/// Decodes the picture as a whole: its rows come in seven passes.
+fn put_interlaced(reader: &mut Reader, mut put: impl FnMut(u32, &[u8])) -> Result<(), DecodingError> {
+    let mut picture = vec![0; reader.output_buffer_size().ok_or(DecodingError::LimitsExceeded)?];
+    let row_bytes = reader.next_frame(&mut picture)?.line_size;
+    picture.chunks(row_bytes).enumerate().for_each(|(row, bytes)| put(row as u32, bytes));
+    reader.finish()
+}
+
+fn put(facts: &Facts, colours: Option<ColourCode>, heights: &mut Heights, row: u32, bytes: &[u8]) {
+    match colours {
+        None => {
+            let stride = facts.samples.bytes();
+            Packing { samples: facts.samples, order: ByteOrder::Big, stride }.put(heights, row, 0, bytes);
+        }
+        Some(code) => {
+            let channels = bytes.len() / facts.columns as usize;
+            heights.put(row, 0, bytes.chunks(channels).map(|colour| height_m(code, colour)));
+        }
     }
 }
 
@@ -85,20 +128,12 @@ fn height_m(code: ColourCode, colour: &[u8]) -> f64 {
     }
 }
 
-fn limits() -> Limits {
-    let mut limits = Limits::default();
-    limits.max_image_width = Some(Heightmap::MAX_SIDE);
-    limits.max_image_height = Some(Heightmap::MAX_SIDE);
-    limits.max_alloc = Some(MAX_DECODER_BYTES);
-    limits
-}
-
-fn picture_error(input: &Input, error: ImageError) -> DemError {
+fn picture_error(input: &Input, error: DecodingError) -> DemError {
     match error {
-        ImageError::IoError(e) if e.kind() == ErrorKind::UnexpectedEof => {
+        DecodingError::IoError(e) if e.kind() == ErrorKind::UnexpectedEof => {
             input.refuse("the PNG ends before its last row; expected a whole file: fetch it again")
         }
-        ImageError::IoError(e) => input.read_error(e),
+        DecodingError::IoError(e) => input.read_error(e),
         e => input.refuse(format!("a broken PNG ({e}); expected {EXPECTED}: fetch or convert it again")),
     }
 }
@@ -111,6 +146,7 @@ struct Header {
     rows: u32,
     bits: u8,
     colour: u8,
+    interlace: u8,
 }
 
 impl Header {
@@ -120,14 +156,14 @@ impl Header {
         else {
             return Err(format!("a PNG without a header; expected {EXPECTED}: fetch it again"));
         };
-        let Some((rows, &[bits, colour, ..])) = rest.split_first_chunk() else {
+        let Some((rows, &[bits, colour, _, _, interlace, ..])) = rest.split_first_chunk() else {
             return Err(format!("a PNG that ends in its header; expected {EXPECTED}: fetch it again"));
         };
-        Ok(Self { columns: u32::from_be_bytes(*columns), rows: u32::from_be_bytes(*rows), bits, colour })
+        Ok(Self { columns: u32::from_be_bytes(*columns), rows: u32::from_be_bytes(*rows), bits, colour, interlace })
     }
 
     fn facts(&self, allow_8_bit: bool, colours: Option<ColourCode>) -> Result<Facts, String> {
-        let Self { columns, rows, bits, colour } = *self;
+        let Self { columns, rows, bits, colour, .. } = *self;
         let (what, samples) = match (bits, colour_name(colour), colours) {
             (8, "colour" | "colour and alpha", Some(ColourCode::Terrarium)) => ("PNG, Terrarium", SampleType::U32),
             (8, "colour" | "colour and alpha", Some(ColourCode::Mapbox)) => {
@@ -162,15 +198,35 @@ fn colour_name(colour: u8) -> &'static str {
 
 /// Writes a 16-bit greyscale PNG of `columns * rows` values, row by row.
 pub fn write_png16(path: &Path, columns: u32, rows: u32, values: &[u16]) -> Result<(), DemError> {
-    let picture = ImageBuffer::<Luma<u16>, _>::from_raw(columns, rows, values)
-        .filter(|_| values.len() as u64 == columns as u64 * rows as u64)
-        .expect("one value a sample");
+    assert_eq!(values.len() as u64, columns as u64 * rows as u64, "one value a sample");
+    let mut all = values.chunks(columns as usize);
+    write_png16_rows(path, columns, rows, &mut |row| {
+        row.copy_from_slice(all.next().expect("one row of values a row"));
+        Ok(())
+    })
+}
+
+/// As [`write_png16`], with one row in memory: `fill` is given the rows from the northern one on, and may end the writing.
+pub fn write_png16_rows(
+    path: &Path,
+    columns: u32,
+    rows: u32,
+    fill: &mut dyn FnMut(&mut [u16]) -> io::Result<()>,
+) -> Result<(), DemError> {
     let written = write_atomically(path, |out| {
-        let encoder = PngEncoder::new_with_quality(out, CompressionType::Best, FilterType::Adaptive);
-        picture.write_with_encoder(encoder).map_err(|e| match e {
-            ImageError::IoError(e) => e,
-            e => std::io::Error::other(e),
-        })
+        let mut encoder = png::Encoder::new(out, columns, rows);
+        encoder.set_color(png::ColorType::Grayscale);
+        encoder.set_depth(png::BitDepth::Sixteen);
+        let mut file = encoder.write_header()?;
+        let mut out = file.stream_writer()?;
+        let mut row = vec![0; columns as usize];
+        for _ in 0..rows {
+            fill(&mut row)?;
+            let bytes: Vec<u8> = row.iter().flat_map(|value| value.to_be_bytes()).collect();
+            out.write_all(&bytes)?;
+        }
+        out.finish()?;
+        Ok(file.finish()?)
     });
     written.map_err(|e| DemError::io("write", path, e))
 }

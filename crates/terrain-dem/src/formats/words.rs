@@ -43,31 +43,35 @@ impl Grid for WordGrid {
         let file = self.input.from(self.first_byte)?;
         let ended = each_word(file, |word| {
             taken = numbers.take(word);
-            taken.is_ok()
+            taken.is_ok() && !numbers.heights.is_stopped()
         });
-        let read = numbers.read;
+        let (read, is_stopped) = (numbers.read, numbers.heights.is_stopped());
         ended.map_err(|e| self.input.read_error(e))?;
         taken.map_err(|reason| self.input.refuse(reason))?;
-        if read < count {
+        if read < count && !is_stopped {
             let reason = format!("ends after {read} of {count} numbers; expected a whole file: fetch it again");
             return Err(self.input.refuse(reason));
         }
         Ok(())
     }
+
+    fn is_by_rows(&self) -> bool {
+        !self.facts.south_up
+    }
 }
 
 /// The numbers of a text as they come.
-struct Numbers<'a> {
+struct Numbers<'a, 'h> {
     columns: usize,
     /// How many the header promises.
     count: u64,
     read: u64,
     /// The row that is being filled.
     row: Vec<f64>,
-    heights: &'a mut Heights,
+    heights: &'a mut Heights<'h>,
 }
 
-impl Numbers<'_> {
+impl Numbers<'_, '_> {
     fn take(&mut self, word: &[u8]) -> Result<(), String> {
         let (column, row) = (self.read % self.columns as u64, self.read / self.columns as u64);
         let text = std::str::from_utf8(word).ok().filter(|word| word.len() <= MAX_WORD);

@@ -3,6 +3,7 @@
 mod broken;
 mod broken_headers;
 mod broken_tiffs;
+mod by_rows;
 mod tiff_writer;
 mod variants;
 mod writers;

@@ -74,8 +74,15 @@ impl Grid for TiffGrid {
         let (mut row, mut sorted) = (vec![0; self.layout.row_bytes() as usize], Vec::new());
         for chunk in 0..self.layout.chunks_a_plane() {
             self.decode_chunk(chunk, plane, &mut row, &mut sorted, heights)?;
+            if heights.is_stopped() {
+                break;
+            }
         }
         Ok(())
+    }
+
+    fn is_by_rows(&self) -> bool {
+        !self.layout.is_tiled && !self.facts.south_up
     }
 }
 
@@ -110,6 +117,9 @@ impl TiffGrid {
                 let order = layout.predictor.undo(row, row_layout, sorted);
                 let packing = Packing { samples: layout.samples, order, stride };
                 packing.put(heights, first_row + r, first_column, &row[own..]);
+                if heights.is_stopped() {
+                    break;
+                }
             }
             Ok(())
         });
