@@ -26,7 +26,11 @@ struct Forwarded {
 const FORWARDED: [Forwarded; 4] = [
     Forwarded { name: "bench", summary: "fly a DEM with every method, print the comparison", draws: true },
     Forwarded { name: "mesh", summary: "write the mesh of one frame as PLY", draws: false },
-    Forwarded { name: "dem", summary: "say what an elevation file holds: dem info FILE", draws: false },
+    Forwarded {
+        name: "dem",
+        summary: "look at elevation files (dem info), cut them into cells (dem cells), make them (dem synth)",
+        draws: false,
+    },
     Forwarded { name: "adapters", summary: "list the graphics adapters", draws: false },
 ];
 

@@ -107,7 +107,7 @@ impl DemRows {
         let [columns, rows] = self.samples;
         let mut row_m = vec![0.0; columns as usize];
         (0..rows).all(|row| {
-            synthetic::fill_row(seed, row, &mut row_m);
+            synthetic::Kind::Ridged.fill_row(seed, row, &mut row_m);
             on_row(&row_m).is_continue()
         })
     }

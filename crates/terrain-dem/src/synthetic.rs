@@ -4,14 +4,21 @@
 //! al., "Texturing and Modeling", 3rd edition, chapter 16). Only integer hashing and `+ - * / floor sqrt` in f64, which
 //! IEEE 754 rounds in one way: no sine and no power, which differ between systems.
 //!
+//! Beside the mountains ([`Kind::Ridged`], what `synthetic:` names) there are kinds of ground that are easy or hard for a
+//! terrain method (`kinds`).
+//!
 //! Features are sized in samples, and a sample depends on its own place alone: a smaller terrain is the north-western
 //! corner of a larger one of the same seed.
+
+mod kinds;
 
 use std::f64::consts::{FRAC_1_SQRT_2, SQRT_2};
 
 use terrain_core::{Heightmap, SplitMix64};
 
 use crate::MAX_SAMPLES;
+
+pub use kinds::Kind;
 
 /// How a synthetic terrain's name starts.
 pub const PREFIX: &str = "synthetic:";
@@ -48,16 +55,9 @@ const SHORE: u64 = OCTAVES + 2;
 pub fn generate(columns: u32, rows: u32, seed: u64) -> Heightmap {
     let mut heights_m = vec![0.0; columns as usize * rows as usize];
     for (row, row_m) in heights_m.chunks_mut(columns as usize).enumerate() {
-        fill_row(seed, row as u32, row_m);
+        Kind::Ridged.fill_row(seed, row as u32, row_m);
     }
     Heightmap::new(columns, rows, [SPACING_M; 2], heights_m).expect("a size that a heightmap can have")
-}
-
-/// The heights of the first samples of a row, in metres.
-pub fn fill_row(seed: u64, row: u32, row_m: &mut [f32]) {
-    for (column, sample_m) in row_m.iter_mut().enumerate() {
-        *sample_m = height_m(seed, column as f64, row as f64) as f32;
-    }
 }
 
 /// Columns, rows and seed of `synthetic:COLUMNSxROWS:SEED`; `None` if it is not written so, or of no possible size.
@@ -70,6 +70,7 @@ pub(crate) fn parse(spec: &str) -> Option<(u32, u32, u64)> {
     possible.then_some((columns, rows, seed.parse().ok()?))
 }
 
+/// Ridges, valleys and lakes.
 fn height_m(seed: u64, x: f64, z: f64) -> f64 {
     let relief = 0.92 * ridges(seed, x, z) * valley(seed, x, z) + valley_floor(seed, x, z);
     (relief * basin(seed, x, z) * SUMMIT_M).max(LAKE_M)

@@ -30,6 +30,7 @@ Examples:
   cargo xtask bench --dem my.tif --voids error --unit foot
   cargo xtask bench --suite smoke --dry-run
   cargo xtask dem info N44W122.hgt
+  cargo xtask dem cells my.tif my.cells --k 3 --layers 5
   cargo xtask mesh --dem my.png --spacing 30 --method tin --tolerance 1 --flight turn --frame 40 --out mesh.ply
 
 Exit codes: 0 ok, 1 failure, 2 usage, 4 bad input data, 5 GPU or adapter, 6 I/O, 130 interrupted";
@@ -42,7 +43,7 @@ pub enum Command {
     /// Write the mesh of one frame, of the whole DEM, as PLY, OBJ, STL or binary glTF
     #[command(after_help = EXAMPLES)]
     Mesh(MeshArgs),
-    /// Look at elevation files
+    /// Look at elevation files, cut them into cells, make them
     Dem(DemToolArgs),
     /// List the graphics adapters, * marks the one that is taken; exit code 5 where none would be
     Adapters(AdapterArgs),

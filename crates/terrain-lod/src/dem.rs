@@ -1,33 +1,104 @@
-//! `dem info`, and the opening of DEMs with their warnings.
+//! `dem info`, and the opening of DEMs with their warnings: files of cells are DEMs too.
+
+use std::ops::ControlFlow;
+use std::path::Path;
 
 use serde::Serialize;
-use terrain_dem::{Dem, HeightUnit, ReadOptions};
+use terrain_dem::{Dem, DemRows, HeightUnit, ReadOptions, Reading};
 
+use crate::cells_dem::CellsDem;
 use crate::dem_args::{DemCommand, DemToolArgs, FormatName, InfoArgs};
 use crate::fault::Fault;
 use crate::output::{print, tidy};
+use crate::{cells_file, cut, synth};
 
 /// Opens a DEM, and says on stderr what the user should know about it, one line each.
 pub fn open(spec: &str, options: &ReadOptions) -> Result<Dem, Fault> {
+    if cells_file::is_one(Path::new(spec)) {
+        return CellsDem::open(Path::new(spec), options)?.load();
+    }
     let dem = terrain_dem::open(spec, options)?;
-    for warning in &dem.reading.warnings {
+    warn(spec, &dem.reading);
+    Ok(dem)
+}
+
+fn warn(spec: &str, reading: &Reading) {
+    for warning in &reading.warnings {
         eprintln!("warning: {spec}: {warning}");
     }
-    Ok(dem)
+}
+
+/// A DEM of which a few rows are in memory.
+pub enum Rows {
+    File(DemRows),
+    Cells(CellsDem),
+}
+
+impl Rows {
+    /// As [`open`], without loading it if that can be helped.
+    pub fn open(spec: &str, options: &ReadOptions) -> Result<Self, Fault> {
+        if cells_file::is_one(Path::new(spec)) {
+            return Ok(Self::Cells(CellsDem::open(Path::new(spec), options)?));
+        }
+        let rows = terrain_dem::open_rows(spec, options)?;
+        warn(spec, &rows.reading);
+        Ok(Self::File(rows))
+    }
+
+    pub fn samples(&self) -> [u32; 2] {
+        match self {
+            Self::File(rows) => rows.samples,
+            Self::Cells(cells) => cells.header().samples,
+        }
+    }
+
+    pub fn spacing_m(&self) -> [f64; 2] {
+        match self {
+            Self::File(rows) => rows.spacing_m,
+            Self::Cells(cells) => cells.header().spacing_m,
+        }
+    }
+
+    /// Metres a step of the file's values, and at the value 0.
+    pub fn steps(&self) -> [f64; 2] {
+        let reading = match self {
+            Self::File(rows) => &rows.reading,
+            Self::Cells(cells) => &cells.reading,
+        };
+        [reading.scale, reading.offset_m]
+    }
+
+    /// Calls with each row in metres, from the northern one on, until that breaks.
+    pub fn for_each(&self, on_row: &mut dyn FnMut(&[f32]) -> ControlFlow<()>) -> Result<(), Fault> {
+        match self {
+            Self::File(rows) => Ok(rows.for_each(on_row).map(drop)?),
+            Self::Cells(cells) => cells.for_each(on_row),
+        }
+    }
 }
 
 pub fn run(args: &DemToolArgs) -> Result<(), Fault> {
     match &args.command {
         DemCommand::Info(args) => info(args),
+        DemCommand::Cells(args) => cut::run(args),
+        DemCommand::Synth(args) => synth::run(args),
     }
 }
 
 fn info(args: &InfoArgs) -> Result<(), Fault> {
-    let dem = terrain_dem::open(&args.dem, &args.read.options())?;
-    let described = Description::of(&args.dem, &dem);
+    let (path, options) = (Path::new(&args.dem), args.read.options());
+    if cells_file::is_one(path) {
+        let cells = CellsDem::open(path, &options)?;
+        return say(args, &Description::of_cells(&args.dem, &cells));
+    }
+    let dem = terrain_dem::open(&args.dem, &options)?;
+    say(args, &Description::of(&args.dem, &dem))
+}
+
+fn say(args: &InfoArgs, described: &Description) -> Result<(), Fault> {
     print(&match args.format {
         FormatName::Text => described.text(),
-        FormatName::Json => serde_json::to_string_pretty(&described).expect("numbers become JSON") + "\n",
+        FormatName::Json => serde_json::to_string_pretty(described).expect("numbers become JSON") + "\n",
     })
 }
 
@@ -64,29 +135,51 @@ struct Description<'a> {
 
 impl<'a> Description<'a> {
     fn of(spec: &'a str, dem: &'a Dem) -> Self {
-        let (map, reading) = (&dem.heightmap, &dem.reading);
+        let map = &dem.heightmap;
         let wider = |[low, high]: [f32; 2], height_m: &f32| [low.min(*height_m), high.max(*height_m)];
-        let [lowest_m, highest_m] = map.heights_m().iter().fold([f32::INFINITY, f32::NEG_INFINITY], wider);
+        let range_m = map.heights_m().iter().fold([f32::INFINITY, f32::NEG_INFINITY], wider);
+        Self {
+            voids: dem.voids.as_ref().map_or(0, |voids| voids.count()),
+            source: dem.source.as_deref(),
+            licence: dem.licence.as_deref(),
+            ..Self::new(spec, [map.columns(), map.rows()], map.spacing_m(), range_m, &dem.reading)
+        }
+    }
+
+    /// By the header: the heights are not read.
+    fn of_cells(spec: &'a str, cells: &'a CellsDem) -> Self {
+        let header = cells.header();
+        Self::new(spec, header.samples, header.spacing_m, header.height_range_m, &cells.reading)
+    }
+
+    fn new(
+        spec: &'a str,
+        [columns, rows]: [u32; 2],
+        spacing_m: [f64; 2],
+        [lowest_m, highest_m]: [f32; 2],
+        reading: &'a Reading,
+    ) -> Self {
+        let extent_m = [(columns - 1) as f64 * spacing_m[0], (rows - 1) as f64 * spacing_m[1]];
         Self {
             dem: spec,
             format: &reading.format,
             sample_type: reading.samples,
             bands: reading.bands,
             crs: reading.crs.as_deref(),
-            columns: map.columns(),
-            rows: map.rows(),
-            spacing_m: map.spacing_m().map(tidy),
+            columns,
+            rows,
+            spacing_m: spacing_m.map(tidy),
             spacing_from: &reading.spacing_from,
-            extent_m: map.extent_m().map(tidy),
+            extent_m: extent_m.map(tidy),
             lowest_m,
             highest_m,
             unit: reading.unit.map(HeightUnit::name),
             scale: reading.scale,
             offset_m: reading.offset_m,
             nodata: reading.nodata,
-            voids: dem.voids.as_ref().map_or(0, |voids| voids.count()),
-            source: dem.source.as_deref(),
-            licence: dem.licence.as_deref(),
+            voids: 0,
+            source: None,
+            licence: None,
             warnings: &reading.warnings,
         }
     }

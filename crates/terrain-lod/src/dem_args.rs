@@ -1,6 +1,10 @@
 //! The part of the command line that is about elevation files.
 
+use std::path::PathBuf;
+
 use clap::{Args, Subcommand, ValueEnum};
+use terrain_core::Heightmap;
+use terrain_dem::synthetic::Kind;
 use terrain_dem::{ColourCode, Crop, HeightUnit, RawLayout, ReadOptions, VoidPolicy};
 
 use crate::cli::{parse_finite, parse_spacing};
@@ -8,8 +12,8 @@ use crate::cli::{parse_finite, parse_spacing};
 /// Where the heights come from.
 #[derive(Clone, Debug, Args)]
 pub struct DemArgs {
-    /// An elevation file (GeoTIFF, PNG, .hgt, .asc, .bil, .flt, DTED, PGM, .npy), a built-in DEM (jacksboro), or
-    /// synthetic:COLUMNSxROWS:SEED
+    /// An elevation file (GeoTIFF, PNG, .hgt, .asc, .bil, .flt, DTED, PGM, .npy, or .cells by `dem cells`), a built-in DEM
+    /// (jacksboro), or synthetic:COLUMNSxROWS:SEED
     #[arg(long, value_name = "FILE")]
     pub dem: Option<String>,
     #[command(flatten)]
@@ -159,6 +163,68 @@ pub struct DemToolArgs {
 pub enum DemCommand {
     /// Say what a file holds, and what would be loaded of it
     Info(InfoArgs),
+    /// Cut a DEM into cells that htp loads one by one; goes on where it was ended
+    Cells(CellsArgs),
+    /// Write synthetic ground of any size: 16-bit PNG or .r16, and a sidecar
+    Synth(SynthArgs),
+}
+
+#[derive(Debug, Args)]
+pub struct CellsArgs {
+    /// The file, a built-in DEM (jacksboro), or synthetic:COLUMNSxROWS:SEED
+    #[arg(value_name = "IN")]
+    pub dem: String,
+    /// The file to write; .cells is added to a name without an ending
+    #[arg(value_name = "OUT")]
+    pub out: PathBuf,
+    /// Small triangles along a patch
+    #[arg(long, value_name = "N", default_value_t = 3)]
+    pub k: u32,
+    /// Levels of detail: a cell is k^N sample intervals wide, at most 1024
+    #[arg(long, value_name = "N", default_value_t = 5)]
+    pub layers: u32,
+    #[command(flatten)]
+    pub read: ReadArgs,
+}
+
+#[derive(Debug, Args)]
+pub struct SynthArgs {
+    /// The file to write, .png or .r16; a sidecar of the same name says what its numbers mean
+    #[arg(value_name = "OUT")]
+    pub out: PathBuf,
+    /// Columns and rows of samples
+    #[arg(long, value_name = "WxH", value_parser = parse_samples)]
+    pub size: [u32; 2],
+    /// Another seed, another ground
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    pub seed: u64,
+    /// What the ground is like
+    #[arg(long, value_name = "KIND", default_value = "ridged")]
+    pub kind: KindName,
+}
+
+/// Kinds of synthetic ground.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum KindName {
+    /// Mountains, valleys, and lakes
+    Ridged,
+    /// Smooth hills
+    Hills,
+    /// Hills and mountains in a flat sea
+    Coast,
+    /// A plain with single samples that stand out
+    Spikes,
+}
+
+impl From<KindName> for Kind {
+    fn from(name: KindName) -> Self {
+        match name {
+            KindName::Ridged => Self::Ridged,
+            KindName::Hills => Self::Hills,
+            KindName::Coast => Self::Coast,
+            KindName::Spikes => Self::Spikes,
+        }
+    }
 }
 
 #[derive(Debug, Args)]
@@ -180,6 +246,14 @@ pub enum FormatName {
     Text,
     /// One object
     Json,
+}
+
+fn parse_samples(text: &str) -> Result<[u32; 2], String> {
+    let sides = text.split_once('x').and_then(|(x, z)| Some([x.parse().ok()?, z.parse().ok()?]));
+    let max = Heightmap::MAX_SIDE;
+    sides
+        .filter(|sides| sides.iter().all(|side| (2..=max).contains(side)))
+        .ok_or_else(|| format!("expected columns and rows of 2 to {max} samples, such as 4097x4097"))
 }
 
 fn parse_raw(text: &str) -> Result<RawLayout, String> {

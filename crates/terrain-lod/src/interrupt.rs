@@ -16,9 +16,14 @@ pub fn listen() {
     });
 }
 
+/// Whether Ctrl-C was pressed.
+pub fn is_asked() -> bool {
+    ASKED.load(Ordering::Relaxed)
+}
+
 /// An error once Ctrl-C was pressed.
 pub fn check() -> Result<(), Fault> {
-    match ASKED.load(Ordering::Relaxed) {
+    match is_asked() {
         true => Err(Fault::new(Cause::Interrupted, "interrupted; the result folder stays marked INCOMPLETE")),
         false => Ok(()),
     }

@@ -2,8 +2,11 @@
 
 mod attempt;
 mod bench;
+mod cells_dem;
+mod cells_file;
 mod choices;
 mod cli;
+mod cut;
 mod dem;
 mod dem_args;
 mod dry_run;
@@ -24,6 +27,7 @@ mod shots;
 mod speed_pass;
 mod suite;
 mod summary;
+mod synth;
 mod table;
 
 use std::process::ExitCode;
@@ -63,7 +67,7 @@ fn refuse(error: &clap::Error) -> ExitCode {
         return ExitCode::SUCCESS;
     }
     if error.kind() == ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand {
-        eprintln!("error: no command; expected bench, mesh, adapters or dem info; --help has examples");
+        eprintln!("error: no command; expected bench, mesh, adapters or dem; --help has examples");
         return ExitCode::from(Cause::Usage as u8);
     }
     let text = error.to_string();

@@ -5,7 +5,7 @@ use std::io;
 use std::sync::Arc;
 
 use super::bytes::Part;
-use super::header::HEADER;
+use super::header::{HEADER, MAGIC};
 use super::{Cell, CellsHeader, Resident, codes, local, resident};
 use crate::grid::Grid;
 use crate::options::Options;
@@ -100,6 +100,11 @@ pub struct CellFile {
 }
 
 impl CellFile {
+    /// Whether the first bytes of a file say that it is one of cells.
+    pub fn is_one(start: &[u8]) -> bool {
+        start.starts_with(&MAGIC)
+    }
+
     /// Reads the header and what stays resident.
     pub fn open(source: Arc<dyn CellSource>) -> Result<(Self, Resident), CellsError> {
         let header = read_header(&*source)?;

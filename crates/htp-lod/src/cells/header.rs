@@ -6,7 +6,7 @@ use super::CellsHeader;
 use super::file::CellsError;
 use super::scan::check_shape;
 
-const MAGIC: [u8; 8] = *b"htp-cell";
+pub(super) const MAGIC: [u8; 8] = *b"htp-cell";
 
 /// Rises whenever the same DEM gets other bytes, or the layout changes.
 const VERSION: u32 = 1;

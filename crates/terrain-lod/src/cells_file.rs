@@ -1,0 +1,132 @@
+//! Files of cells: where htp-lod, which opens no files, reads and what it cut is written.
+
+use std::fs::{self, File};
+use std::io;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use htp_lod::{CellFile, CellSource, CellsError, Cutter, Resident};
+
+use crate::fault::{Cause, Fault};
+
+/// A file that is read and written at places, by several threads at once.
+pub struct Placed {
+    file: File,
+    /// Where there is only one place at a time: who moves it waits for the others.
+    #[cfg(not(unix))]
+    turn: std::sync::Mutex<()>,
+}
+
+impl Placed {
+    pub fn new(file: File) -> Self {
+        Self {
+            file,
+            #[cfg(not(unix))]
+            turn: Default::default(),
+        }
+    }
+
+    #[cfg(unix)]
+    pub fn write_at(&self, at: u64, bytes: &[u8]) -> io::Result<()> {
+        std::os::unix::fs::FileExt::write_all_at(&self.file, bytes, at)
+    }
+
+    #[cfg(not(unix))]
+    pub fn write_at(&self, at: u64, bytes: &[u8]) -> io::Result<()> {
+        use std::io::{Seek, Write};
+        let _turn = self.turn.lock().expect("nobody panics with it");
+        (&self.file).seek(io::SeekFrom::Start(at))?;
+        (&self.file).write_all(bytes)
+    }
+}
+
+impl CellSource for Placed {
+    fn len(&self) -> io::Result<u64> {
+        Ok(self.file.metadata()?.len())
+    }
+
+    #[cfg(unix)]
+    fn read_at(&self, at: u64, into: &mut [u8]) -> io::Result<()> {
+        std::os::unix::fs::FileExt::read_exact_at(&self.file, into, at)
+    }
+
+    #[cfg(not(unix))]
+    fn read_at(&self, at: u64, into: &mut [u8]) -> io::Result<()> {
+        use std::io::{Read, Seek};
+        let _turn = self.turn.lock().expect("nobody panics with it");
+        (&self.file).seek(io::SeekFrom::Start(at))?;
+        (&self.file).read_exact(into)
+    }
+}
+
+/// Whether a file begins as one of cells.
+pub fn is_one(path: &Path) -> bool {
+    let mut start = Vec::new();
+    let read = File::open(path).and_then(|file| io::Read::read_to_end(&mut io::Read::take(file, 8), &mut start));
+    read.is_ok() && CellFile::is_one(&start)
+}
+
+/// Opens a file of cells.
+pub fn open(path: &Path) -> Result<(CellFile, Resident), Fault> {
+    let file = File::open(path).map_err(|e| Fault::read(path, &e, "a file of cells"))?;
+    CellFile::open(Arc::new(Placed::new(file))).map_err(|error| fault(path, &error))
+}
+
+/// An error with the file's name.
+pub fn fault(path: &Path, error: &CellsError) -> Fault {
+    let cause = if matches!(error, CellsError::Io(_)) { Cause::Io } else { Cause::BadInput };
+    Fault::new(cause, format_args!("{}: {error}", path.display()))
+}
+
+/// A file of cells that is being cut, under the name `OUT.partial`. It stays when the cutting ends early, so that the
+/// next one goes on.
+pub struct Partial {
+    pub file: Placed,
+    path: PathBuf,
+    out: PathBuf,
+}
+
+impl Partial {
+    /// Goes on with the file that is there, if it was begun for the same DEM and cells; or else begins anew.
+    pub fn begin(out: &Path, cutter: &Cutter) -> Result<Self, Fault> {
+        let path = name(out)?;
+        let refuse = |e| Fault::write(&path, e);
+        let file = File::options().read(true).write(true).create(true).truncate(false).open(&path).map_err(refuse)?;
+        if file.try_lock().is_err() {
+            let message = format_args!("{} is being written by another program; wait for it", path.display());
+            return Err(Fault::new(Cause::Io, message));
+        }
+        let partial = Self { file: Placed::new(file), path: path.clone(), out: out.to_owned() };
+        if !cutter.began(&partial.file) {
+            partial.clear(cutter.file_bytes()).map_err(refuse)?;
+            partial.write_at(0, &cutter.header_bytes())?;
+        }
+        Ok(partial)
+    }
+
+    fn clear(&self, bytes: u64) -> io::Result<()> {
+        self.file.file.set_len(0)?;
+        self.file.file.set_len(bytes)
+    }
+
+    pub fn write_at(&self, at: u64, bytes: &[u8]) -> Result<(), Fault> {
+        self.file.write_at(at, bytes).map_err(|e| Fault::write(&self.path, e))
+    }
+
+    /// The file takes its name, whole.
+    pub fn finish(self) -> Result<(), Fault> {
+        // A full disk may show only here, and a rename must never outlive the bytes that it promises.
+        let done = self.file.file.sync_all().and_then(|()| fs::rename(&self.path, &self.out));
+        done.map_err(|e| Fault::write(&self.out, e))
+    }
+}
+
+/// `OUT.partial`, in the same folder, so that the rename stays within one file system.
+fn name(out: &Path) -> Result<PathBuf, Fault> {
+    let Some(name) = out.file_name().filter(|_| !out.is_dir()) else {
+        return Err(Fault::write(out, "expected a path that ends in a file name"));
+    };
+    let mut name = name.to_owned();
+    name.push(".partial");
+    Ok(out.with_file_name(name))
+}
