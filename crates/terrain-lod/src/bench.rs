@@ -1,49 +1,55 @@
 //! `bench`: the passes, the pictures, the table.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
-use serde::Serialize;
+use serde_json::Value;
 use terrain_dem::Dem;
 use terrain_renderer::{Gpu, RenderError, Renderer, RendererSettings};
 
-use crate::attempt::attempt;
+use crate::begun::Begun;
 use crate::cli::BenchArgs;
 use crate::dry_run;
-use crate::error_pass::{self, ErrorFlight};
 use crate::fault::{Cause, Fault};
+use crate::frame_times::RepeatTimes;
 use crate::interrupt;
-use crate::live_pass::{self, LiveFlights};
+use crate::interval::Verdict;
 use crate::machine::Machine;
-use crate::methods::Run;
 use crate::output::print;
-use crate::progress::Progress;
+use crate::passes::{self, Flown};
+use crate::repeats;
 use crate::results::{Results, utc_now};
-use crate::shots;
-use crate::speed_pass::{self, SpeedFlights};
 use crate::suite::Bench;
-use crate::summary::{self, Measured, SummaryRow, Surroundings};
+use crate::summary::{SummaryRow, Surroundings};
+use crate::summary_file::{SCHEMA, SummaryFile, SummaryFileRow};
 use crate::table;
 
 pub fn run(args: &BenchArgs) -> Result<(), Fault> {
+    let begun = args.resume.as_deref().map(Begun::open).transpose()?;
+    let said = begun.as_ref().map(|begun| begun.arguments(args)).transpose()?;
+    let args = said.as_ref().unwrap_or(args);
     let mut bench = Bench::from_args(args)?;
     let utc = utc_now();
-    let folder = args.out.clone().unwrap_or_else(|| default_folder(&utc, &bench.suite_name));
-    Results::check(&folder)?;
+    let folder = match &begun {
+        Some(begun) => begun.folder().to_path_buf(),
+        None => free_folder(args, &utc, &bench.suite_name)?,
+    };
     let gpu = open_gpu(args)?;
+    let mut renderer = gpu.as_ref().map(|gpu| renderer(gpu, &bench, false)).transpose()?;
+    if let Some(begun) = &begun {
+        begun.refuse_another(&Machine::of(&bench, renderer.as_ref(), utc.clone()))?;
+    }
     bench.prepare_maps(args.method.keep_maps, !args.dry_run)?;
     // From here on there is something to leave in order. What is above ends at once.
     interrupt::listen();
-    let mut renderer = gpu.as_ref().map(|gpu| renderer(gpu, &bench, false)).transpose()?;
     if args.dry_run {
-        return print(&dry_run::describe(&bench, &mut renderer, &folder)?);
+        return print(&dry_run::describe(&bench, &mut renderer, &Results::at(&folder))?);
     }
-    let results = Results::create(&folder)?;
     let machine = Machine::of(&bench, renderer.as_ref(), utc);
-    results.write_json("machine.json", &machine)?;
-    let mut flown = fly(&bench, &mut renderer, &results, &surroundings(&machine))?;
+    let results = begun.map_or_else(|| begin(&folder, &machine), |begun| begun.go_on(&machine))?;
+    let mut flown = passes::fly(&bench, &mut renderer, &results, &surroundings(&machine))?;
     write_summary(&bench, &results, &flown)?;
     if let Some(gpu) = &gpu {
-        take_shots(&bench, gpu, &results, &mut flown)?;
+        passes::take_shots(&bench, &mut self::renderer(gpu, &bench, true)?, &results, &mut flown)?;
     }
     let text = write_summary(&bench, &results, &flown)?;
     let folder = results.complete()?;
@@ -51,21 +57,11 @@ pub fn run(args: &BenchArgs) -> Result<(), Fault> {
     answer(&flown)
 }
 
-/// What became of one run.
-struct Flown {
-    rows: Vec<SummaryRow>,
-    /// Why it failed, if it did.
-    fault: Option<Fault>,
-}
-
-impl Flown {
-    /// The first failure counts, and stands in every row of the run.
-    fn fail(&mut self, stage: &str, fault: Fault) {
-        if self.fault.is_none() {
-            self.rows.iter_mut().for_each(|row| row.err = format!("{stage}: {fault}"));
-            self.fault = Some(fault);
-        }
-    }
+/// A new result folder, which says what is about to be flown.
+fn begin(folder: &Path, machine: &Machine) -> Result<Results, Fault> {
+    let results = Results::create(folder)?;
+    results.write_json("machine.json", machine)?;
+    Ok(results)
 }
 
 /// A dry run goes on without an adapter, and says so.
@@ -82,8 +78,11 @@ fn open_gpu(args: &BenchArgs) -> Result<Option<Gpu>, Fault> {
     }
 }
 
-fn default_folder(utc: &str, suite: &str) -> PathBuf {
-    PathBuf::from("bench-results").join(format!("{utc}-{suite}"))
+fn free_folder(args: &BenchArgs, utc: &str, suite: &str) -> Result<PathBuf, Fault> {
+    let default = || PathBuf::from("bench-results").join(format!("{utc}-{suite}"));
+    let folder = args.out.clone().unwrap_or_else(default);
+    Results::check(&folder)?;
+    Ok(folder)
 }
 
 fn renderer(gpu: &Gpu, bench: &Bench, count_primitives: bool) -> Result<Renderer, Fault> {
@@ -110,100 +109,40 @@ fn surroundings(machine: &Machine) -> Surroundings {
     }
 }
 
-/// All passes, one after the other: while one measures time, nothing else runs.
-fn fly(
-    bench: &Bench,
-    renderer: &mut Option<Renderer>,
-    results: &Results,
-    surroundings: &Surroundings,
-) -> Result<Vec<Flown>, Fault> {
-    let errors = fly_errors(bench, results)?;
-    let live = fly_live(bench, results)?;
-    let speed = fly_speed(bench, renderer, results)?;
-    let runs = bench.runs.iter().zip(errors).zip(live).zip(speed);
-    Ok(runs.map(|(((run, errors), live), speed)| sum_up(bench, run, surroundings, errors, live, speed)).collect())
-}
-
-fn fly_errors(bench: &Bench, results: &Results) -> Result<Vec<Result<ErrorFlight, Fault>>, Fault> {
-    let steps = bench.runs.len() as u64 * bench.path.len() as u64;
-    let errors = error_pass::fly_all(bench, &Progress::new("errors", steps))?;
-    for (run, errors) in bench.runs.iter().zip(&errors) {
-        if let Ok(flight) = errors {
-            write_frames(results, run, "error", &flight.frames)?;
-        }
-    }
-    Ok(errors)
-}
-
-fn fly_live(bench: &Bench, results: &Results) -> Result<Vec<LiveFlights>, Fault> {
-    let flights = bench.runs.iter().filter(|run| run.is_live()).count() as u64 * bench.suite.repeats as u64;
-    let progress = Progress::new("live", flights * bench.path.len() as u64);
-    live_pass::fly_all(bench, &progress, |run, frames| write_frames(results, run, "live", frames))
-}
-
-fn fly_speed(bench: &Bench, renderer: &mut Option<Renderer>, results: &Results) -> Result<Vec<SpeedFlights>, Fault> {
-    let flights = bench.runs.len() as u64 * bench.suite.repeats as u64;
-    let progress = Progress::new("speed", flights * bench.path.len() as u64);
-    speed_pass::fly_all(bench, renderer, &progress, |run, frames| write_frames(results, run, "speed", frames))
-}
-
-/// The frames of a run so far, as soon as there is something to write.
-fn write_frames<T: Serialize>(results: &Results, run: &Run, pass: &str, frames: &[T]) -> Result<(), Fault> {
-    results.write_csv(&format!("frames/{}-{pass}.csv", run.file_stem()), frames)
-}
-
-fn sum_up(
-    bench: &Bench,
-    run: &Run,
-    surroundings: &Surroundings,
-    errors: Result<ErrorFlight, Fault>,
-    live: LiveFlights,
-    speed: SpeedFlights,
-) -> Flown {
-    let measured = Measured {
-        errors: errors.as_ref().ok(),
-        live: live.as_ref().ok().and_then(Option::as_ref),
-        speed: speed.as_deref().ok(),
-    };
-    let rows = summary::rows(bench, run, surroundings, &measured);
-    let mut flown = Flown { rows, fault: None };
-    errors.err().into_iter().for_each(|fault| flown.fail("error pass", fault));
-    live.err().into_iter().for_each(|fault| flown.fail("live pass", fault));
-    speed.err().into_iter().for_each(|fault| flown.fail("speed pass", fault));
-    flown
-}
-
-/// Writes `summary.csv` and `summary.md`, and returns the latter.
+/// Writes `summary.csv`, `summary.json` and `summary.md`, and returns the last.
 fn write_summary(bench: &Bench, results: &Results, flown: &[Flown]) -> Result<String, Fault> {
-    let rows: Vec<&SummaryRow> = flown.iter().flat_map(|flown| &flown.rows).collect();
+    let runs: Vec<(&SummaryRow, &RepeatTimes)> =
+        flown.iter().flat_map(|flown| flown.rows.iter().map(|row| (row, &flown.times))).collect();
+    let rows: Vec<&SummaryRow> = runs.iter().map(|(row, _)| *row).collect();
     results.write_csv("summary.csv", &rows)?;
+    // What stands in the folder knows of earlier sittings.
+    let machine: Value = results.read_json("machine.json")?.unwrap_or_default();
+    let aa: Vec<_> = flown.iter().filter_map(|flown| flown.aa.clone()).collect();
     let tables: String = bench.suite.tables.iter().map(|table| format!("\n{}", table.markdown(&rows))).collect();
-    let text = table::markdown(&rows) + &tables + &credits(&bench.dem);
+    let text = table::markdown(&rows)
+        + &tables
+        + &repeats::describe_width(&bench.suite, &runs)
+        + &repeats::describe_aa(&aa)
+        + &credits(&bench.dem);
+    let rows = runs.iter().map(|(row, repeat_times)| SummaryFileRow { row, repeat_times }).collect();
+    results.write_json("summary.json", &SummaryFile { schema: SCHEMA, machine, rows, aa })?;
     results.write_text("summary.md", &text)?;
     Ok(text)
 }
 
-/// Pictures of the runs that have come so far.
-fn take_shots(bench: &Bench, gpu: &Gpu, results: &Results, flown: &mut [Flown]) -> Result<(), Fault> {
-    let mut renderer = renderer(gpu, bench, true)?;
-    let (folder, progress) = (results.path("shots"), Progress::new("pictures", 3 * bench.runs.len() as u64));
-    for (run, flown) in bench.runs.iter().zip(flown).filter(|(_, flown)| flown.fault.is_none()) {
-        if let Err(fault) = attempt(|| shots::take(bench, run, &mut renderer, &folder, &progress))? {
-            flown.fail("pictures", fault);
-        }
-    }
-    Ok(())
-}
-
-/// A run that failed or cracked is no success. The exit code is the first failure's.
+/// A run that failed or cracked is no success, nor one whose copy is not the same. The exit code is the first failure's.
 fn answer(flown: &[Flown]) -> Result<(), Fault> {
     let is_cracked = |row: &SummaryRow| row.cracks > Some(0) || row.live_cracks > Some(0);
     let cracked = flown.iter().filter(|flown| flown.rows.iter().any(is_cracked)).count();
     let faults: Vec<&Fault> = flown.iter().filter_map(|flown| flown.fault.as_ref()).collect();
-    if faults.is_empty() && cracked == 0 {
+    let unlike = flown.iter().filter_map(|flown| flown.aa.as_ref()).filter(|aa| aa.verdict != Verdict::Same).count();
+    if faults.is_empty() && cracked == 0 && unlike == 0 {
         return Ok(());
     }
     let cause = faults.first().map_or(Cause::Failure, |fault| fault.cause);
-    let message = format!("{} of {} runs failed, {cracked} have cracks; see the table", faults.len(), flown.len());
-    Err(Fault::new(cause, message))
+    let mut message = format!("{} of {} runs failed, {cracked} have cracks", faults.len(), flown.len());
+    if unlike > 0 {
+        message += &format!(", {unlike} differ from their copy: this machine's times are not to be trusted");
+    }
+    Err(Fault::new(cause, message + "; see the table"))
 }

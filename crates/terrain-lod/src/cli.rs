@@ -10,9 +10,10 @@ use terrain_renderer::{AdapterChoice, Colour, Look, Normals, Submission};
 use crate::choices::{
     BatchingName, EdgePolicyName, IndexStoreName, MetricName, ScheduleName, SelectorName, TriangulatorName,
 };
+use crate::cmp_args::CmpArgs;
 use crate::dem_args::{DemArgs, DemToolArgs};
 use crate::methods::MethodName;
-use crate::suite::{FRAMES, PIXELS, REPEATS, SIDE_PX, STEPS};
+use crate::suite::{FRAMES, PIXELS, REPEATS, SHARES, SIDE_PX, STEPS};
 
 /// Flies terrain level-of-detail methods over elevation data and compares them.
 #[derive(Debug, Parser)]
@@ -29,11 +30,14 @@ Examples:
   cargo xtask bench --dem synthetic:513x513:7 --methods tin,full-grid --no-gpu --out results/try
   cargo xtask bench --dem my.tif --voids error --unit foot
   cargo xtask bench --suite smoke --dry-run
+  cargo xtask bench -m tin,htp -f 'tolerance 1 px' --until-ci 2% --aa
+  cargo xtask bench --resume bench-results/2026-01-31T12-59-59Z-quick
+  cargo xtask cmp results/before results/after --fail-on 5%
   cargo xtask dem info N44W122.hgt
   cargo xtask dem cells my.tif my.cells --k 3 --layers 5
   cargo xtask mesh --dem my.png --spacing 30 --method tin --tolerance 1 --flight turn --frame 40 --out mesh.ply
 
-Exit codes: 0 ok, 1 failure, 2 usage, 4 bad input data, 5 GPU or adapter, 6 I/O, 130 interrupted";
+Exit codes: 0 ok, 1 failure, 2 usage, 3 regression found, 4 bad input data, 5 GPU or adapter, 6 I/O, 130 interrupted";
 
 #[derive(Debug, Subcommand)]
 pub enum Command {
@@ -43,6 +47,9 @@ pub enum Command {
     /// Write the mesh of one frame, of the whole DEM, as PLY, OBJ, STL or binary glTF
     #[command(after_help = EXAMPLES)]
     Mesh(MeshArgs),
+    /// Compare two result folders: counters exactly, times beyond noise
+    #[command(after_help = EXAMPLES)]
+    Cmp(CmpArgs),
     /// Look at elevation files, cut them into cells, make them
     Dem(DemToolArgs),
     /// List the graphics adapters, * marks the one that is taken; exit code 5 where none would be
@@ -177,8 +184,11 @@ pub struct BenchArgs {
     #[arg(long, value_name = "FILE")]
     pub flight: Option<String>,
     /// Methods to compare
-    #[arg(long, value_delimiter = ',', value_name = "NAMES")]
+    #[arg(short, long, value_delimiter = ',', value_name = "NAMES")]
     pub methods: Option<Vec<MethodName>>,
+    /// Only the runs whose line in --dry-run matches, such as 'htp.*k=3' or 'tolerance 2 px'
+    #[arg(short, long, value_name = "REGEX")]
+    pub filter: Option<String>,
     /// Allowed screen-space errors in pixels: a setting of tin, htp by error, rqt, geomipmap and greedy; everyone's yardstick
     #[arg(long, value_delimiter = ',', value_name = "PX", value_parser = parse_pixels)]
     pub tolerance: Option<Vec<f64>>,
@@ -217,9 +227,21 @@ pub struct BenchArgs {
     /// Frames, evenly over the flight [default: the suite's, or else the flight's own]
     #[arg(long, value_name = "N", value_parser = within(FRAMES))]
     pub frames: Option<u32>,
-    /// How often each method flies the live and the speed pass, interleaved
+    /// How often each method flies the live and the speed pass, interleaved (A B A B); intervals need 2, and are narrow
+    /// from 5
     #[arg(long, value_name = "N", value_parser = within(REPEATS))]
     pub repeats: Option<u32>,
+    /// Repeat the speed pass until the 95 % interval of each run's median frame time is narrower than this share of it,
+    /// such as 1%
+    #[arg(long, value_name = "PERCENT", value_parser = parse_percent)]
+    pub until_ci: Option<f64>,
+    /// With --until-ci, the most repeats [default: 30]
+    #[arg(long, value_name = "N", value_parser = within(REPEATS))]
+    pub max_repeats: Option<u32>,
+    /// Fly each run of the speed pass twice, as A and as B, and say whether their times are the same; exit code 1 where
+    /// they are not
+    #[arg(long)]
+    pub aa: bool,
     #[command(flatten)]
     pub adapter: AdapterArgs,
     /// What the triangles are coloured by [default: shaded]
@@ -234,10 +256,15 @@ pub struct BenchArgs {
     /// The folder for the results, new or empty [default: bench-results/TIME-SUITE]
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
+    /// Go on with the bench that was interrupted in this folder, with its settings; what it has finished is not flown
+    /// again. Further flags must be all of those that it was begun with
+    #[arg(long, value_name = "DIR", conflicts_with = "out")]
+    pub resume: Option<PathBuf>,
     /// Leave out all that needs a GPU: frame times and pictures
     #[arg(long)]
     pub no_gpu: bool,
-    /// List the runs, check DEM, flight and output folder, estimate the time; fly nothing
+    /// List the runs with their repeats and what --resume would leave out, check DEM, flight and output folder, estimate
+    /// the time; fly nothing
     #[arg(long)]
     pub dry_run: bool,
 }
@@ -319,6 +346,13 @@ fn parse_pixels(text: &str) -> Result<f64, String> {
     parse_finite(text).ok().filter(|px| PIXELS.contains(px)).ok_or_else(expected)
 }
 
+/// A share as people write it: `5%`.
+pub fn parse_percent(text: &str) -> Result<f64, String> {
+    let share = text.trim().strip_suffix('%').and_then(|number| Some(parse_finite(number).ok()? / 100.0));
+    let [low, high] = [SHARES.start(), SHARES.end()].map(|share| 100.0 * share);
+    share.filter(|share| SHARES.contains(share)).ok_or_else(|| format!("expected {low}% to {high}%, such as 5%"))
+}
+
 fn within(range: RangeInclusive<u32>) -> impl TypedValueParser<Value = u32> {
     clap::value_parser!(u32).range(*range.start() as i64..=*range.end() as i64)
 }
@@ -347,6 +381,14 @@ mod tests {
     #[test]
     fn the_command_line_is_well_formed() {
         Cli::command().debug_assert();
+    }
+
+    #[test]
+    fn shares_are_written_as_percent() {
+        assert_eq!((parse_percent("5%"), parse_percent(" 0.5 %")), (Ok(0.05), Ok(0.005)));
+        for wrong in ["5", "0%", "-1%", "nan%", "%", "1001%"] {
+            assert!(parse_percent(wrong).is_err(), "{wrong}");
+        }
     }
 
     #[test]

@@ -11,21 +11,61 @@ use terrain_renderer::Renderer;
 use crate::fault::{Cause, Fault};
 use crate::interrupt;
 use crate::methods::Run;
-use crate::suite::Bench;
+use crate::parts;
+use crate::passes;
+use crate::results::Results;
+use crate::suite::{Bench, Suite};
 
-/// Lists the runs with an estimate from one frame each, in the middle of the flight.
-pub fn describe(bench: &Bench, renderer: &mut Option<Renderer>, folder: &Path) -> Result<String, Fault> {
-    let mut text = surroundings(bench, renderer.as_ref(), folder);
+/// Lists the runs with an estimate from one frame each, in the middle of the flight. What the folder has already is
+/// left out of the estimate.
+pub fn describe(bench: &Bench, renderer: &mut Option<Renderer>, results: &Results) -> Result<String, Fault> {
+    let mut text = surroundings(bench, renderer.as_ref(), results.folder());
     let mut total = Duration::ZERO;
     for run in &bench.runs {
-        let time = estimate(bench, run, renderer)?;
-        let tolerances: Vec<String> = bench.suite.tolerances_of(run).iter().map(f64::to_string).collect();
-        let (method, setting, tolerances) = (run.method.as_str(), run.setting(), tolerances.join(", "));
-        text += &format!("  {method}  {setting}  tolerance {tolerances} px  about {:.0} s\n", time.as_secs_f64());
+        let to_fly = ToFly::of(bench, results, run)?;
+        let time = estimate(bench, run, renderer, &to_fly)?;
+        let yardsticks: Vec<String> = bench.suite.tolerances_of(run).iter().map(f64::to_string).collect();
+        let yardsticks = match run.takes_tolerance() {
+            true => String::new(),
+            false => format!("  yardsticks {} px", yardsticks.join(", ")),
+        };
+        text += &format!("  {}{yardsticks}  about {:.0} s{}\n", run.title(), time.as_secs_f64(), to_fly.found(bench));
         total += time;
     }
     text += &format!("{} runs, about {:.0} s in all\n", bench.runs.len(), total.as_secs_f64());
     Ok(text)
+}
+
+/// What of a run is still to be flown.
+struct ToFly {
+    errors: bool,
+    /// Flights in the flight's own time.
+    live: u32,
+    /// Flights in the speed pass, its copy's included.
+    speed: u32,
+}
+
+impl ToFly {
+    fn of(bench: &Bench, results: &Results, run: &Run) -> Result<Self, Fault> {
+        let repeats = bench.suite.repeats;
+        let mut speed = 0;
+        for copy in passes::copies(bench) {
+            let flown = parts::speed(bench, results, run, *copy)?.len() as u32 / bench.path.len();
+            speed += repeats.saturating_sub(flown);
+        }
+        let is_live = run.is_live() && parts::live(results, run)?.is_none();
+        Ok(Self { errors: parts::errors(results, run)?.is_none(), live: if is_live { repeats } else { 0 }, speed })
+    }
+
+    /// What `--resume` leaves out.
+    fn found(&self, bench: &Bench) -> String {
+        let speed = bench.suite.repeats * passes::copies(bench).len() as u32;
+        if self.errors && self.speed == speed {
+            return String::new();
+        }
+        let errors = if self.errors { "to fly" } else { "done" };
+        format!("  (errors {errors}, speed {} of {speed} flights done)", speed - self.speed)
+    }
 }
 
 fn surroundings(bench: &Bench, renderer: Option<&Renderer>, folder: &Path) -> String {
@@ -39,18 +79,32 @@ fn surroundings(bench: &Bench, renderer: Option<&Renderer>, folder: &Path) -> St
     format!(
         "DEM {}: {columns} x {rows} samples, {width_km:.1} x {depth_km:.1} km\n\
          Flight {}: {} frames of {width_px} x {height_px} px\n\
+         Repeats: {}\n\
          Adapter: {adapter}\n\
          Results: {}\n",
         bench.dem.name,
         bench.flight_name,
         bench.path.len(),
+        repeats(bench),
         folder.display()
     )
 }
 
+fn repeats(bench: &Bench) -> String {
+    let Suite { repeats, until_ci, aa, .. } = bench.suite;
+    let until = |share: f64| {
+        let most = bench.suite.most_repeats();
+        format!(", and on to {most} until the medians' intervals are narrower than {} %", 100.0 * share)
+    };
+    let until = until_ci.map_or_else(String::new, until);
+    let warm_up = bench.warm_up;
+    let twice = if aa { ", each run as A and as B" } else { "" };
+    format!("{repeats}{until}, the first {warm_up} frames of each not timed{twice}")
+}
+
 /// One frame of each pass, times the number of frames. The first plan does far more than the others, so it is the
 /// second one, a frame further on, that is timed.
-fn estimate(bench: &Bench, run: &Run, renderer: &mut Option<Renderer>) -> Result<Duration, Fault> {
+fn estimate(bench: &Bench, run: &Run, renderer: &mut Option<Renderer>, to_fly: &ToFly) -> Result<Duration, Fault> {
     let mut method = run.converged().build(&bench.dem.heightmap, &bench.maps)?;
     let mut mirror = MeshMirror::new(&method.buffers(), &bench.dem.heightmap);
     let mut buffers = renderer.as_ref().map(|r| r.buffers(method.buffers())).transpose()?;
@@ -76,7 +130,7 @@ fn estimate(bench: &Bench, run: &Run, renderer: &mut Option<Renderer>) -> Result
         error_time = start.elapsed();
     }
     // A live flight takes its own time, and is judged afterwards as in the error pass.
-    let live_time =
-        if run.is_live() { Duration::from_secs_f64(bench.path.step_s()) + error_time } else { Duration::ZERO };
-    Ok(((speed_time + live_time) * bench.suite.repeats + error_time) * bench.path.len())
+    let live_time = Duration::from_secs_f64(bench.path.step_s()) + error_time;
+    let errors = u32::from(to_fly.errors);
+    Ok((error_time * errors + live_time * to_fly.live + speed_time * to_fly.speed) * bench.path.len())
 }

@@ -1,12 +1,10 @@
 //! The error pass: the mirror flies, no GPU, no clock. What it counts and measures is the same every time.
 
-use rayon::prelude::*;
 use serde::Serialize;
 use terrain_core::error::{ErrorDistribution, ErrorOracle};
 use terrain_core::watertight::{WatertightOracle, Watertightness};
 use terrain_core::{BufferSizes, FramePlan, FrameStats, Heightmap, IndexFormat, MeshMirror, View};
 
-use crate::attempt::attempt;
 use crate::fault::{Cause, Fault};
 use crate::interrupt;
 use crate::methods::Run;
@@ -48,12 +46,8 @@ pub struct ErrorFlight {
     pub index_bytes_reserved: u64,
 }
 
-/// Flies all runs, on all cores. A run that fails yields its reason.
-pub fn fly_all(bench: &Bench, progress: &Progress) -> Result<Vec<Result<ErrorFlight, Fault>>, Fault> {
-    bench.runs.par_iter().map(|run| attempt(|| fly(bench, run, progress))).collect()
-}
-
-fn fly(bench: &Bench, run: &Run, progress: &Progress) -> Result<ErrorFlight, Fault> {
+/// Flies one run.
+pub fn fly(bench: &Bench, run: &Run, progress: &Progress) -> Result<ErrorFlight, Fault> {
     let heightmap = &bench.dem.heightmap;
     let mut method = run.converged().build(heightmap, &bench.maps)?;
     let mut judge = Judge::new(bench, run, &method.buffers());

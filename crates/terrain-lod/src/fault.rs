@@ -15,6 +15,8 @@ pub enum Cause {
     Failure = 1,
     /// The command line.
     Usage = 2,
+    /// `cmp --fail-on`: something is worse.
+    Regression = 3,
     /// A DEM, flight or suite that cannot be used.
     BadInput = 4,
     /// The adapter or the GPU.

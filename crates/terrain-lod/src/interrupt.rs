@@ -24,7 +24,10 @@ pub fn is_asked() -> bool {
 /// An error once Ctrl-C was pressed.
 pub fn check() -> Result<(), Fault> {
     match is_asked() {
-        true => Err(Fault::new(Cause::Interrupted, "interrupted; the result folder stays marked INCOMPLETE")),
+        true => Err(Fault::new(
+            Cause::Interrupted,
+            "interrupted; the result folder stays marked INCOMPLETE, and bench --resume goes on with it",
+        )),
         false => Ok(()),
     }
 }

@@ -58,7 +58,7 @@ pub struct LiveFlight {
     pub errors: ErrorDistribution,
 }
 
-/// The live flights of one run so far (`None` where it has none to fly), or why it failed.
+/// The live flights of one run so far (`None` before the first), or why it failed.
 pub type LiveFlights = Result<Option<LiveFlight>, Fault>;
 
 /// A frame as it was flown, kept for the judge.
@@ -70,15 +70,16 @@ struct Flown {
     late: bool,
 }
 
-/// Flies all live runs in turn, `repeats` times, and passes on what a run has so far after each of its flights.
+/// Flies these runs in turn, `repeats` times, and passes on what a run has so far after each of its flights.
 pub fn fly_all(
     bench: &Bench,
+    runs: &[&Run],
     progress: &Progress,
     mut keep: impl FnMut(&Run, &[LiveFrame]) -> Result<(), Fault>,
 ) -> Result<Vec<LiveFlights>, Fault> {
-    let mut flights: Vec<LiveFlights> = bench.runs.iter().map(|_| Ok(None)).collect();
+    let mut flights: Vec<LiveFlights> = runs.iter().map(|_| Ok(None)).collect();
     for repeat in 0..bench.suite.repeats {
-        for (run, flight) in bench.runs.iter().zip(&mut flights).filter(|(run, _)| run.is_live()) {
+        for (run, flight) in runs.iter().zip(&mut flights) {
             let Ok(so_far) = flight else { continue };
             match attempt(|| fly(bench, run, repeat, progress))? {
                 Ok(more) => {

@@ -8,6 +8,7 @@ use sysinfo::System;
 use terrain_core::{FlightPath, Heightmap};
 use terrain_renderer::Renderer;
 
+use crate::methods::Run;
 use crate::output::tidy;
 use crate::suite::{Bench, Suite};
 
@@ -45,6 +46,10 @@ pub struct Machine<'a> {
     pub fov_y_deg: f64,
     pub near_m: f64,
     pub suite: &'a str,
+    /// The names of the runs' files.
+    pub runs: Vec<String>,
+    /// What the triangles are coloured by, and where normals are read.
+    pub look: String,
     /// How the draws were really sent; `None` without a GPU.
     pub submission: Option<String>,
     pub options: &'a Suite,
@@ -88,6 +93,8 @@ impl<'a> Machine<'a> {
             fov_y_deg: tidy(bench.path.fov_y().to_degrees()),
             near_m: FlightPath::NEAR_M,
             suite: &bench.suite_name,
+            runs: bench.runs.iter().map(Run::file_stem).collect(),
+            look: format!("{:?}, {:?}", bench.look.colour, bench.look.normals),
             submission: renderer.map(|renderer| format!("{:?}", renderer.submission())),
             options: &bench.suite,
         }

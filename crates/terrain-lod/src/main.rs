@@ -1,18 +1,24 @@
 //! The program `terrain-lod`: flies terrain level-of-detail methods over elevation data and compares them.
 
 mod attempt;
+mod begun;
 mod bench;
 mod cells_dem;
 mod cells_file;
 mod choices;
 mod cli;
+mod cmp;
+mod cmp_args;
+mod compare;
 mod cut;
 mod dem;
 mod dem_args;
 mod dry_run;
 mod error_pass;
 mod fault;
+mod frame_times;
 mod interrupt;
+mod interval;
 mod layout;
 mod live_pass;
 mod machine;
@@ -20,13 +26,17 @@ mod maps;
 mod mesh;
 mod methods;
 mod output;
+mod parts;
+mod passes;
 mod pivot;
 mod progress;
+mod repeats;
 mod results;
 mod shots;
 mod speed_pass;
 mod suite;
 mod summary;
+mod summary_file;
 mod synth;
 mod table;
 
@@ -48,6 +58,7 @@ fn main() -> ExitCode {
     let result = match &cli.command {
         Command::Bench(args) => bench::run(args),
         Command::Mesh(args) => mesh::run(args),
+        Command::Cmp(args) => cmp::run(args),
         Command::Dem(args) => dem::run(args),
         Command::Adapters(args) => list_adapters(args),
     };
@@ -67,7 +78,7 @@ fn refuse(error: &clap::Error) -> ExitCode {
         return ExitCode::SUCCESS;
     }
     if error.kind() == ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand {
-        eprintln!("error: no command; expected bench, mesh, adapters or dem; --help has examples");
+        eprintln!("error: no command; expected bench, cmp, mesh, adapters or dem; --help has examples");
         return ExitCode::from(Cause::Usage as u8);
     }
     let text = error.to_string();

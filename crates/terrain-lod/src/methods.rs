@@ -268,6 +268,12 @@ impl Run {
         }
     }
 
+    /// The run in a line: what `--filter` looks at and `--dry-run` lists.
+    pub fn title(&self) -> String {
+        let tolerance = self.takes_tolerance().then(|| format!("  tolerance {} px", self.settings.tolerance_px));
+        format!("{}  {}{}", self.method.as_str(), self.setting(), tolerance.unwrap_or_default())
+    }
+
     /// Side of a patch in grid intervals, for the methods that have one to choose.
     pub fn patch(&self) -> Option<u32> {
         (self.method == MethodName::Tin).then_some(self.settings.patch)

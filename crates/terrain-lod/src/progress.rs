@@ -13,6 +13,11 @@ impl Progress {
         Self(bar)
     }
 
+    /// There is more to do than was known.
+    pub fn extend(&self, steps: u64) {
+        self.0.inc_length(steps);
+    }
+
     pub fn step(&self) {
         self.0.inc(1);
     }

@@ -1,14 +1,17 @@
-//! The result folder. It is marked with a file `INCOMPLETE` until all is written.
+//! The result folder. It is marked with a file `INCOMPLETE` until all is written, and every file in it is whole.
 
 use std::fs;
 use std::path::{Path, PathBuf};
 
 use serde::Serialize;
+use serde::de::DeserializeOwned;
 use terrain_dem::write_atomically;
 
 use crate::fault::{Cause, Fault};
 
 const MARKER: &str = "INCOMPLETE";
+/// What `--resume` needs, and a complete folder does not have any more.
+const PARTS: &str = "parts";
 
 /// A result folder under way.
 pub struct Results {
@@ -16,6 +19,11 @@ pub struct Results {
 }
 
 impl Results {
+    /// The folder as it is: nothing is checked or written.
+    pub fn at(folder: &Path) -> Self {
+        Self { folder: folder.to_path_buf() }
+    }
+
     /// Whether a folder can take results: it is new or empty, and can be written to. Leaves nothing behind.
     pub fn check(folder: &Path) -> Result<(), Fault> {
         refuse_occupied(folder)?;
@@ -27,13 +35,37 @@ impl Results {
     /// Makes the folder, its subfolders and the marker.
     pub fn create(folder: &Path) -> Result<Self, Fault> {
         refuse_occupied(folder)?;
-        let results = Self { folder: folder.to_path_buf() };
-        let make = |path: &Path| fs::create_dir_all(path).map_err(|e| Fault::write(path, e));
-        make(folder)?;
+        let results = Self::at(folder);
+        results.make("")?;
         results.write_text(MARKER, "This run has not finished: do not trust what stands here.\n")?;
-        make(&results.path("frames"))?;
-        make(&results.path("shots"))?;
+        results.make_subfolders()?;
         Ok(results)
+    }
+
+    /// Opens the folder of a bench that was interrupted, to go on. Removes what a killed process was writing.
+    pub fn reopen(folder: &Path) -> Result<Self, Fault> {
+        let results = Self::at(folder);
+        probe(folder).map_err(|e| Fault::write(folder, e))?;
+        results.make_subfolders()?;
+        ["", "frames", "shots", PARTS].iter().try_for_each(|name| remove_partial(&results.path(name)))?;
+        Ok(results)
+    }
+
+    pub fn is_incomplete(&self) -> bool {
+        self.path(MARKER).exists()
+    }
+
+    fn make_subfolders(&self) -> Result<(), Fault> {
+        ["frames", "shots", PARTS].iter().try_for_each(|name| self.make(name))
+    }
+
+    fn make(&self, name: &str) -> Result<(), Fault> {
+        let path = self.path(name);
+        fs::create_dir_all(&path).map_err(|e| Fault::write(&path, e))
+    }
+
+    pub fn folder(&self) -> &Path {
+        &self.folder
     }
 
     pub fn path(&self, name: &str) -> PathBuf {
@@ -58,12 +90,67 @@ impl Results {
         self.write_text(name, &(text + "\n"))
     }
 
+    /// The rows of a CSV file; `None` where it is not there.
+    pub fn read_csv<T: DeserializeOwned>(&self, name: &str) -> Result<Option<Vec<T>>, Fault> {
+        let Some(bytes) = self.read(name)? else { return Ok(None) };
+        let rows: Result<Vec<T>, csv::Error> = csv::Reader::from_reader(&bytes[..]).deserialize().collect();
+        rows.map(Some).map_err(|error| self.refuse(name, &error))
+    }
+
+    /// The content of a JSON file; `None` where it is not there.
+    pub fn read_json<T: DeserializeOwned>(&self, name: &str) -> Result<Option<T>, Fault> {
+        let Some(bytes) = self.read(name)? else { return Ok(None) };
+        serde_json::from_slice(&bytes).map(Some).map_err(|error| self.refuse(name, &error))
+    }
+
+    /// Something done that `--resume` need not do again, by a name of its own.
+    pub fn write_part<T: Serialize>(&self, name: &str, part: &T) -> Result<(), Fault> {
+        self.write_json(&part_file(name), part)
+    }
+
+    /// What [`Self::write_part`] wrote; `None` where it was not done.
+    pub fn read_part<T: DeserializeOwned>(&self, name: &str) -> Result<Option<T>, Fault> {
+        self.read_json(&part_file(name))
+    }
+
+    fn read(&self, name: &str) -> Result<Option<Vec<u8>>, Fault> {
+        let path = self.path(name);
+        match fs::read(&path) {
+            Ok(bytes) => Ok(Some(bytes)),
+            Err(error) if error.kind() == std::io::ErrorKind::NotFound => Ok(None),
+            Err(error) => Err(Fault::read(&path, &error, "a file of a bench")),
+        }
+    }
+
+    fn refuse(&self, name: &str, error: &dyn std::fmt::Display) -> Fault {
+        let path = self.path(name);
+        Fault::new(Cause::BadInput, format_args!("{}: {error}; expected what this version writes", path.display()))
+    }
+
     /// Takes the marker away: all is written.
     pub fn complete(self) -> Result<PathBuf, Fault> {
         let marker = self.path(MARKER);
         fs::remove_file(&marker).map_err(|e| Fault::write(&marker, e))?;
+        let parts = self.path(PARTS);
+        fs::remove_dir_all(&parts).map_err(|e| Fault::write(&parts, e))?;
         Ok(self.folder)
     }
+}
+
+fn part_file(name: &str) -> String {
+    format!("{PARTS}/{name}.json")
+}
+
+/// Removes the temporary files of `write_atomically` that a killed process has left in a folder.
+fn remove_partial(folder: &Path) -> Result<(), Fault> {
+    let failed = |error| Fault::write(folder, error);
+    for entry in fs::read_dir(folder).map_err(failed)? {
+        let path = entry.map_err(failed)?.path();
+        if path.extension().is_some_and(|ending| ending == "partial") {
+            fs::remove_file(&path).map_err(|e| Fault::write(&path, e))?;
+        }
+    }
+    Ok(())
 }
 
 /// Whether a file can be written at this path: before long work, not after. Leaves nothing behind.
@@ -134,5 +221,30 @@ mod tests {
         results.complete().unwrap();
         assert!(!folder.join("INCOMPLETE").exists());
         assert!(Results::create(&folder).is_err(), "there are results already");
+    }
+
+    #[test]
+    fn what_a_killed_process_has_left_is_swept_and_what_it_has_finished_stays() {
+        let place = tempfile::tempdir().unwrap();
+        let results = Results::create(place.path()).unwrap();
+        results.write_part("a", &[1, 2]).unwrap();
+        fs::write(results.path("parts/b.json.77.partial"), "[1,").unwrap();
+        fs::write(results.path("summary.csv.77.partial"), "meth").unwrap();
+        let results = Results::reopen(place.path()).unwrap();
+        assert_eq!(results.read_part("a").unwrap(), Some(vec![1, 2]));
+        assert_eq!(results.read_part::<Vec<u32>>("b").unwrap(), None);
+        assert!(!results.path("parts/b.json.77.partial").exists() && !results.path("summary.csv.77.partial").exists());
+        results.complete().unwrap();
+        assert!(!place.path().join("parts").exists(), "of no use to a reader");
+    }
+
+    #[test]
+    fn a_file_that_is_not_ours_is_named() {
+        let place = tempfile::tempdir().unwrap();
+        let results = Results::create(place.path()).unwrap();
+        fs::write(results.path("frames/x.csv"), "a,b\n1,2,3\n").unwrap();
+        let refused = results.read_csv::<Vec<u32>>("frames/x.csv").unwrap_err();
+        assert!(refused.cause == Cause::BadInput && refused.to_string().contains("x.csv: "), "{refused}");
+        assert_eq!(results.read_csv::<Vec<u32>>("frames/y.csv").unwrap(), None);
     }
 }

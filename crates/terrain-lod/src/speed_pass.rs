@@ -6,19 +6,20 @@
 use std::time::{Duration, Instant};
 
 use cpu_time::ProcessTime;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use terrain_core::{FramePlan, View, WorkReport};
 use terrain_renderer::{FrameTimes, Look, MethodBuffers, Renderer};
 
 use crate::attempt::attempt;
 use crate::fault::Fault;
+use crate::frame_times::RepeatTimes;
 use crate::interrupt;
 use crate::methods::Run;
 use crate::progress::Progress;
 use crate::suite::Bench;
 
 /// One frame of the speed pass, a row in `frames/*-speed.csv`. Times are milliseconds.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct SpeedFrame {
     pub repeat: u32,
     pub frame: u32,
@@ -42,31 +43,67 @@ pub struct SpeedFrame {
     pub draw_calls: Option<u32>,
 }
 
-/// The frames of one run so far, or why it failed.
-pub type SpeedFlights = Result<Vec<SpeedFrame>, Fault>;
+/// Which flights of a run: in an A/A check there are two sets that differ in nothing.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Copy {
+    A,
+    B,
+}
 
-/// Flies all runs in turn, `repeats` times, and passes on what a run has so far after each of its flights. A run that
-/// fails is left out from then on.
+/// The flights of one run, or of its copy.
+pub struct Lane<'a> {
+    pub run: &'a Run,
+    pub copy: Copy,
+    /// All repeats so far, or why one failed.
+    pub frames: Result<Vec<SpeedFrame>, Fault>,
+}
+
+impl Lane<'_> {
+    /// Flights that are done.
+    pub fn repeats(&self) -> u32 {
+        self.frames.as_ref().ok().and_then(|frames| frames.last()).map_or(0, |last| last.repeat + 1)
+    }
+
+    /// The lane's statistics; empty where it failed.
+    pub fn times(&self) -> RepeatTimes {
+        self.frames.as_ref().map(|frames| RepeatTimes::of(frames)).unwrap_or_default()
+    }
+
+    /// Whether its median is known well enough. A lane that failed keeps nobody waiting.
+    fn is_narrow(&self, share: f64) -> bool {
+        self.frames.is_err() || self.times().headline_width().is_some_and(|width| width <= share)
+    }
+}
+
+/// Flies all lanes in turn (A B C, A B C, ...) as often as the suite asks for, and passes a lane on after each of its
+/// flights. Flights that a lane brings along are not flown again; a lane that fails is left out from then on.
 pub fn fly_all(
     bench: &Bench,
     renderer: &mut Option<Renderer>,
+    lanes: &mut [Lane],
     progress: &Progress,
-    mut keep: impl FnMut(&Run, &[SpeedFrame]) -> Result<(), Fault>,
-) -> Result<Vec<SpeedFlights>, Fault> {
-    let mut flights: Vec<SpeedFlights> = bench.runs.iter().map(|_| Ok(Vec::new())).collect();
-    for repeat in 0..bench.suite.repeats {
-        for (run, flight) in bench.runs.iter().zip(&mut flights) {
-            let Ok(frames) = flight else { continue };
-            match attempt(|| fly(bench, run, repeat, renderer, progress))? {
+    mut keep: impl FnMut(&Lane) -> Result<(), Fault>,
+) -> Result<(), Fault> {
+    for repeat in 0..bench.suite.most_repeats() {
+        if repeat >= bench.suite.repeats {
+            let share = bench.suite.until_ci.expect("without it there are no more repeats");
+            if lanes.iter().all(|lane| lane.is_narrow(share)) {
+                break;
+            }
+            progress.extend(lanes.len() as u64 * bench.path.len() as u64);
+        }
+        for lane in lanes.iter_mut().filter(|lane| lane.repeats() <= repeat) {
+            let Ok(frames) = &mut lane.frames else { continue };
+            match attempt(|| fly(bench, lane.run, repeat, renderer, progress))? {
                 Ok(more) => {
                     frames.extend(more);
-                    keep(run, frames)?;
+                    keep(lane)?;
                 }
-                Err(fault) => *flight = Err(fault),
+                Err(fault) => lane.frames = Err(fault),
             }
         }
     }
-    Ok(flights)
+    Ok(())
 }
 
 fn fly(

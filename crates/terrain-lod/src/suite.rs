@@ -1,24 +1,24 @@
 //! What a bench flies: a suite, which is a TOML file, and the flags that override it.
 
+mod bench;
+
 use std::ops::RangeInclusive;
 use std::path::Path;
 
+use regex_lite::Regex;
 use serde::{Deserialize, Serialize};
-use terrain_core::flight;
+use terrain_core::Heightmap;
 use terrain_core::source::SourceText;
-use terrain_core::{Flight, FlightPath, Heightmap, View};
-use terrain_dem::{Dem, ReadOptions};
-use terrain_renderer::{Look, Submission};
 
 use crate::choices::{
     BatchingName, EdgePolicyName, IndexStoreName, MetricName, ScheduleName, SelectorName, TriangulatorName,
 };
 use crate::cli::{BenchArgs, MethodArgs};
-use crate::dem;
 use crate::fault::{Cause, Fault};
-use crate::maps::{Kept, Maps};
 use crate::methods::{MethodName, Run, Settings};
 use crate::pivot::Pivot;
+
+pub use bench::Bench;
 
 /// The suites in `data/suites`.
 const BUILT_IN: [(&str, &str); 4] = [
@@ -36,8 +36,10 @@ pub const SIDE_PX: RangeInclusive<u32> = 1..=16_384;
 pub const FRAMES: RangeInclusive<u32> = 1..=1_000_000;
 /// Grid intervals between the rows that decimation keeps.
 pub const STEPS: RangeInclusive<u32> = 1..=Heightmap::MAX_SIDE;
-/// Flights of the speed pass.
+/// Flights of each run in the speed pass.
 pub const REPEATS: RangeInclusive<u32> = 1..=1_000;
+/// Parts of a whole, where something is to be narrower or to differ by more than that.
+pub const SHARES: RangeInclusive<f64> = 1e-4..=10.0;
 /// Threads of a method.
 pub const THREADS: RangeInclusive<u32> = 1..=256;
 
@@ -53,6 +55,8 @@ pub struct Suite {
     pub flight: String,
     /// As `--methods`.
     pub methods: Vec<MethodName>,
+    /// As `--filter`.
+    pub filter: Option<String>,
     /// As `--tolerance`.
     pub tolerance_px: Vec<f64>,
     /// As `--selector`.
@@ -99,6 +103,12 @@ pub struct Suite {
     pub frames: Option<u32>,
     /// As `--repeats`.
     pub repeats: u32,
+    /// As `--until-ci`: the width of an interval as a share of its median.
+    pub until_ci: Option<f64>,
+    /// As `--max-repeats`.
+    pub max_repeats: u32,
+    /// As `--aa`.
+    pub aa: bool,
     /// Frames at the start of each flight of the speed pass that are not counted.
     pub warm_up: u32,
     /// Tables after the one of all runs.
@@ -113,6 +123,7 @@ impl Default for Suite {
             dem: "jacksboro".into(),
             flight: "ground-level".into(),
             methods: vec![Tin, Htp, HtpInstanced, FullGrid],
+            filter: None,
             tolerance_px: vec![1.0],
             selector: vec![SelectorName::default()],
             patch: vec![32],
@@ -136,6 +147,9 @@ impl Default for Suite {
             size_px: [640, 360],
             frames: None,
             repeats: 3,
+            until_ci: None,
+            max_repeats: 30,
+            aa: false,
             warm_up: 10,
             tables: Vec::new(),
         }
@@ -175,6 +189,10 @@ impl Suite {
         override_with(&mut suite.step, &args.step);
         override_with(&mut suite.size_px, &args.size);
         override_with(&mut suite.repeats, &args.repeats);
+        override_with(&mut suite.max_repeats, &args.max_repeats);
+        suite.filter = args.filter.clone().or(suite.filter);
+        suite.until_ci = args.until_ci.or(suite.until_ci);
+        suite.aa |= args.aa;
         suite.frames = args.frames.or(suite.frames);
         suite.tolerance_px = without_repeats(suite.tolerance_px);
         suite.override_settings(&args.method);
@@ -228,24 +246,43 @@ impl Suite {
         within("size_px", self.size_px[1], SIDE_PX)?;
         within("frames", self.frames.unwrap_or(1), FRAMES)?;
         within("repeats", self.repeats, REPEATS)?;
+        within("max_repeats", self.max_repeats, REPEATS)?;
+        if let Some(share) = self.until_ci.filter(|share| !SHARES.contains(share)) {
+            return Err(format!("until_ci = {share}; expected {} to {}", SHARES.start(), SHARES.end()));
+        }
         within("threads", self.threads.into(), THREADS)?;
         self.tables.iter().try_for_each(Pivot::validate)
     }
 
     /// One run for each method and each value of its own settings, in the order of the lists.
     pub fn runs(&self) -> Result<Vec<Run>, Fault> {
+        let filter = self.filter.as_deref().map(parse_filter).transpose()?;
+        let asked_for = |run: &Run| filter.as_ref().is_none_or(|filter| filter.is_match(&run.title()));
         let mut runs: Vec<Run> = Vec::new();
         for method in &self.methods {
             for settings in self.all_settings() {
                 let run = Run { method: *method, settings };
                 run.validate()?;
+                if !asked_for(&run) {
+                    continue;
+                }
                 // Values of settings that the method does not have would only repeat it.
                 if !runs.iter().any(|other| other.file_stem() == run.file_stem()) {
                     runs.push(run);
                 }
             }
         }
-        Ok(runs)
+        match (&self.filter, runs.is_empty()) {
+            (Some(filter), true) => {
+                Err(Fault::usage(format!("no run matches the filter '{filter}'; --dry-run lists them")))
+            }
+            _ => Ok(runs),
+        }
+    }
+
+    /// The most flights of each run in the speed pass.
+    pub fn most_repeats(&self) -> u32 {
+        if self.until_ci.is_some() { self.repeats.max(self.max_repeats) } else { self.repeats }
     }
 
     /// Every combination of the lists.
@@ -300,6 +337,11 @@ impl Suite {
     }
 }
 
+fn parse_filter(text: &str) -> Result<Regex, Fault> {
+    let refuse = |error| Fault::usage(format!("filter '{text}': {}", format!("{error}").replace('\n', " ")));
+    Regex::new(text).map_err(refuse)
+}
+
 /// The settings with each value of a list in turn.
 fn with_each<T: Copy>(all: Vec<Settings>, list: &[T], set: fn(&mut Settings, T)) -> Vec<Settings> {
     let with = |mut settings: Settings, value: &T| {
@@ -325,88 +367,4 @@ pub fn override_with<T: Clone>(value: &mut T, flag: &Option<T>) {
     if let Some(flag) = flag {
         value.clone_from(flag);
     }
-}
-
-/// A flight by its built-in name or its file.
-pub fn open_flight(spec: &str) -> Result<Flight, Fault> {
-    if let Some(flight) = Flight::built_in(spec) {
-        return Ok(flight);
-    }
-    let built_in: Vec<&str> = flight::BUILT_IN.iter().map(|flight| flight.0).collect();
-    let expected = &format!("a flight file, or one of the built-in flights {}", built_in.join(", "));
-    let text = std::fs::read_to_string(spec).map_err(|e| Fault::read(Path::new(spec), &e, expected))?;
-    Ok(Flight::parse(spec, &text)?)
-}
-
-/// Everything that the passes need, checked.
-pub struct Bench {
-    pub suite_name: String,
-    pub suite: Suite,
-    pub runs: Vec<Run>,
-    pub dem: Dem,
-    /// Empty until [`Self::prepare_maps`].
-    pub maps: Maps,
-    pub flight_name: String,
-    pub path: FlightPath,
-    /// Frames at the start of each flight of the speed pass that are not timed.
-    pub warm_up: u32,
-    pub submission: Submission,
-    pub look: Look,
-}
-
-impl Bench {
-    /// The suite that the command line names.
-    pub fn from_args(args: &BenchArgs) -> Result<Self, Fault> {
-        let submission = args.submission.map_or(Submission::Direct, Submission::from);
-        let bench = Self::new(&args.suite, Suite::from_args(args)?, &args.dem.read_options())?;
-        Ok(Self { submission, look: args.look(), ..bench })
-    }
-
-    /// Reads and checks DEM, flight and settings.
-    pub fn new(suite_name: &str, suite: Suite, read: &ReadOptions) -> Result<Self, Fault> {
-        let refuse = |reason| Fault::new(Cause::BadInput, format_args!("suite {suite_name}: {reason}"));
-        suite.validate().map_err(refuse)?;
-        let runs = suite.runs()?;
-        let flight = open_flight(&suite.flight)?;
-        let dem = dem::open(&suite.dem, read)?;
-        let frames = suite.frames.unwrap_or_else(|| flight.default_frames());
-        let path = FlightPath::new(&flight, &dem.heightmap, frames)?;
-        Ok(Self {
-            suite_name: suite_stem(suite_name),
-            runs,
-            dem,
-            maps: Maps::default(),
-            flight_name: flight.name().to_string(),
-            path,
-            // A short flight still has frames to time.
-            warm_up: suite.warm_up.min(frames / 2),
-            submission: Submission::default(),
-            look: Look::default(),
-            suite,
-        })
-    }
-
-    /// Gets the threshold maps that the runs need, once for all passes. That takes a while. `keep`: in files beside the
-    /// DEM's, which are read, and written if `may_write`.
-    pub fn prepare_maps(&mut self, keep: bool, may_write: bool) -> Result<(), Fault> {
-        let (file, needs_maps) = (Path::new(&self.suite.dem), self.runs.iter().any(Run::needs_maps));
-        if keep && needs_maps && !file.is_file() {
-            let message =
-                format!("{}: no file to keep threshold maps beside; expected a DEM in a file", self.suite.dem);
-            return Err(Fault::usage(message + ", or no --keep-maps"));
-        }
-        let kept = keep.then_some(Kept { beside: file, may_write });
-        self.maps = Maps::of(&self.runs, &self.dem.heightmap, kept);
-        Ok(())
-    }
-
-    /// The view of one frame.
-    pub fn view(&self, frame: u32) -> Result<View, Fault> {
-        Ok(self.path.view(frame, self.suite.size_px)?)
-    }
-}
-
-/// The name of a suite without folder and ending, for folders.
-fn suite_stem(name: &str) -> String {
-    Path::new(name).file_stem().map_or_else(|| name.into(), |stem| stem.to_string_lossy().into_owned())
 }

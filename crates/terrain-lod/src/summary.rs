@@ -1,8 +1,9 @@
 //! The summary: a row for each run and tolerance.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::error_pass::{ErrorFlight, ErrorFrame};
+use crate::frame_times::{RepeatTimes, percentile, sorted};
 use crate::live_pass::{LiveFlight, LiveFrame};
 use crate::methods::Run;
 use crate::output::tidy;
@@ -13,7 +14,7 @@ use crate::suite::Bench;
 ///
 /// `width` and `height` are the picture's. `tolerance_px` is a setting of the methods that take one, and the yardstick
 /// of `over_tolerance_share` for all. Means of uploads leave out the first frame, which has a column of its own.
-#[derive(Clone, Debug, Default, Serialize)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct SummaryRow {
     pub method: String,
     pub setting: String,
@@ -85,8 +86,26 @@ pub struct SummaryRow {
     pub live_cracks: Option<u64>,
     /// Frames whose plan was not there when the next one was due.
     pub late_frames: Option<u64>,
+    /// From here to `plan_ms_p99_high`: the speed pass. The 99.9th percentile is the longest frame below 1,000 timed ones.
+    pub frame_ms_p999: Option<f64>,
+    /// Frames a second of the slowest percent.
+    pub fps_low_1pct: Option<f64>,
+    /// What frames take above twice the median, summed over a flight.
+    pub jank_ms: Option<f64>,
+    /// Ends of 95 % intervals, from two repeats on.
+    pub fps_mean_low: Option<f64>,
+    pub fps_mean_high: Option<f64>,
+    pub frame_ms_p50_low: Option<f64>,
+    pub frame_ms_p50_high: Option<f64>,
+    pub frame_ms_p99_low: Option<f64>,
+    pub frame_ms_p99_high: Option<f64>,
+    pub plan_ms_p50_low: Option<f64>,
+    pub plan_ms_p50_high: Option<f64>,
+    pub plan_ms_p99_low: Option<f64>,
+    pub plan_ms_p99_high: Option<f64>,
     pub threads: usize,
     pub submission: String,
+    /// Flights in the speed pass.
     pub repeats: u32,
     pub load_average: f64,
 }
@@ -100,25 +119,10 @@ pub struct Surroundings {
     pub load_average: f64,
 }
 
-/// What the passes found for one run, where they have not failed.
-pub struct Measured<'a> {
-    pub errors: Option<&'a ErrorFlight>,
-    /// Of a live run alone.
-    pub live: Option<&'a LiveFlight>,
-    pub speed: Option<&'a [SpeedFrame]>,
-}
-
-/// The rows of one run, one for each of its tolerances, with what was measured.
-pub fn rows(bench: &Bench, run: &Run, surroundings: &Surroundings, measured: &Measured) -> Vec<SummaryRow> {
+/// The rows of one run before anything is measured, one for each of its tolerances.
+pub fn rows(bench: &Bench, run: &Run, surroundings: &Surroundings) -> Vec<SummaryRow> {
     let tolerances = bench.suite.tolerances_of(run);
-    let row = |(i, tolerance_px): (usize, &f64)| {
-        let mut row = identity(bench, run, surroundings, *tolerance_px);
-        measured.errors.into_iter().for_each(|flight| fill_errors(&mut row, flight, i));
-        measured.live.into_iter().for_each(|flight| fill_live(&mut row, bench, flight, i));
-        measured.speed.into_iter().for_each(|frames| fill_speed(&mut row, frames));
-        row
-    };
-    tolerances.iter().enumerate().map(row).collect()
+    tolerances.iter().map(|tolerance_px| identity(bench, run, surroundings, *tolerance_px)).collect()
 }
 
 fn identity(bench: &Bench, run: &Run, surroundings: &Surroundings, tolerance_px: f64) -> SummaryRow {
@@ -139,13 +143,13 @@ fn identity(bench: &Bench, run: &Run, surroundings: &Surroundings, tolerance_px:
         dem_rows: bench.dem.heightmap.rows(),
         threads: run.settings.threads,
         submission: surroundings.submission.clone(),
-        repeats: bench.suite.repeats,
         load_average: surroundings.load_average,
         ..Default::default()
     }
 }
 
-fn fill_errors(row: &mut SummaryRow, flight: &ErrorFlight, tolerance: usize) {
+/// What the error pass found, over the run's `tolerance`-th tolerance.
+pub fn fill_errors(row: &mut SummaryRow, flight: &ErrorFlight, tolerance: usize) {
     let ErrorFlight { frames, errors, index_bytes_reserved } = flight;
     let later = frames.get(1..).unwrap_or_default();
     row.triangles_mean = mean(frames, |f| f.triangles);
@@ -169,7 +173,8 @@ fn fill_errors(row: &mut SummaryRow, flight: &ErrorFlight, tolerance: usize) {
     row.cracks = Some(frames.iter().map(|f| f.cracks).sum());
 }
 
-fn fill_live(row: &mut SummaryRow, bench: &Bench, flight: &LiveFlight, tolerance: usize) {
+/// What the live pass found, over the run's `tolerance`-th tolerance.
+pub fn fill_live(row: &mut SummaryRow, bench: &Bench, flight: &LiveFlight, tolerance: usize) {
     let LiveFlight { frames, errors } = flight;
     let all = |number: fn(&LiveFrame) -> Option<f64>| sorted(frames.iter().filter_map(number));
     row.live_fps = Some(tidy(1.0 / bench.path.step_s()));
@@ -194,31 +199,30 @@ fn fill_live(row: &mut SummaryRow, bench: &Bench, flight: &LiveFlight, tolerance
     row.late_frames = Some(frames.iter().filter(|f| f.late).count() as u64);
 }
 
-fn fill_speed(row: &mut SummaryRow, frames: &[SpeedFrame]) {
-    let counted: Vec<&SpeedFrame> = frames.iter().filter(|f| !f.warm_up).collect();
-    let sorted = |time: fn(&SpeedFrame) -> Option<f64>| sorted(counted.iter().filter_map(|f| time(f)));
-    let frame_ms = sorted(|f| f.frame_ms);
-    let plan_ms = sorted(|f| Some(f.plan_ms));
-    if !frame_ms.is_empty() {
-        row.fps_mean = Some(tidy(1e3 * frame_ms.len() as f64 / frame_ms.iter().sum::<f64>()));
-    }
-    row.frame_ms_p50 = percentile(&frame_ms, 0.5);
-    row.frame_ms_p95 = percentile(&frame_ms, 0.95);
-    row.frame_ms_p99 = percentile(&frame_ms, 0.99);
-    row.frame_ms_max = frame_ms.last().copied();
-    row.plan_ms_p50 = percentile(&plan_ms, 0.5);
-    row.plan_ms_p99 = percentile(&plan_ms, 0.99);
-    row.encode_ms_p50 = percentile(&sorted(|f| f.encode_ms), 0.5);
-    row.gpu_ms_p50 = percentile(&sorted(|f| f.gpu_ms), 0.5);
-    row.cpu_ms_mean = mean_of(&sorted(|f| f.frame_ms.map(|_| f.cpu_ms)));
+/// What the speed pass found: medians over its repeats, and the largest of all timed frames.
+pub fn fill_speed(row: &mut SummaryRow, frames: &[SpeedFrame], times: &RepeatTimes) {
+    let ends = |statistic| times.interval(statistic).map_or((None, None), |i| (Some(tidy(i.low)), Some(tidy(i.high))));
+    row.repeats = frames.last().map_or(0, |last| last.repeat + 1);
+    row.fps_mean = times.median("fps_mean");
+    row.frame_ms_p50 = times.median("frame_ms_p50");
+    row.frame_ms_p95 = times.median("frame_ms_p95");
+    row.frame_ms_p99 = times.median("frame_ms_p99");
+    row.frame_ms_max = times.get("frame_ms_max").iter().copied().reduce(f64::max);
+    row.plan_ms_p50 = times.median("plan_ms_p50");
+    row.plan_ms_p99 = times.median("plan_ms_p99");
+    row.encode_ms_p50 = times.median("encode_ms_p50");
+    row.gpu_ms_p50 = times.median("gpu_ms_p50");
+    row.cpu_ms_mean = times.median("cpu_ms_mean");
+    row.frame_ms_p999 = times.median("frame_ms_p999");
+    row.fps_low_1pct = times.median("fps_low_1pct");
+    row.jank_ms = times.median("jank_ms");
+    (row.fps_mean_low, row.fps_mean_high) = ends("fps_mean");
+    (row.frame_ms_p50_low, row.frame_ms_p50_high) = ends("frame_ms_p50");
+    (row.frame_ms_p99_low, row.frame_ms_p99_high) = ends("frame_ms_p99");
+    (row.plan_ms_p50_low, row.plan_ms_p50_high) = ends("plan_ms_p50");
+    (row.plan_ms_p99_low, row.plan_ms_p99_high) = ends("plan_ms_p99");
     // Counts are counts, also while warming up: so they compare with the plan's draws.
     row.draw_calls_mean = mean_of(&frames.iter().filter_map(|f| f.draw_calls.map(f64::from)).collect::<Vec<_>>());
-}
-
-fn sorted(numbers: impl Iterator<Item = f64>) -> Vec<f64> {
-    let mut numbers: Vec<f64> = numbers.collect();
-    numbers.sort_by(f64::total_cmp);
-    numbers
 }
 
 fn mean(frames: &[ErrorFrame], count: fn(&ErrorFrame) -> u64) -> Option<f64> {
@@ -230,45 +234,23 @@ fn mean_of(numbers: &[f64]) -> Option<f64> {
     (!numbers.is_empty()).then(|| tidy(numbers.iter().sum::<f64>() / numbers.len() as f64))
 }
 
-/// The smallest number that a `share` of the sorted ones do not exceed.
-fn percentile(sorted: &[f64], share: f64) -> Option<f64> {
-    let rank = (share * sorted.len() as f64).ceil() as usize;
-    sorted.get(rank.max(1) - 1).copied()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
     #[test]
-    fn percentiles_are_members_of_the_list() {
-        let ten: Vec<f64> = (1..=10).map(f64::from).collect();
-        assert_eq!([0.5, 0.95, 0.99, 0.0].map(|s| percentile(&ten, s).unwrap()), [5.0, 10.0, 10.0, 1.0]);
-        assert_eq!(percentile(&[], 0.5), None);
-    }
-
-    #[test]
-    fn warm_up_frames_are_not_timed() {
-        let frame = |frame_ms: f64, warm_up| SpeedFrame {
-            repeat: 0,
-            frame: 0,
-            warm_up,
+    fn the_largest_frame_is_that_of_all_repeats_and_the_rest_are_medians() {
+        let frame = |repeat, frame_ms| SpeedFrame {
+            repeat,
             frame_ms: Some(frame_ms),
-            plan_ms: 1.0,
-            update_ms: 0.0,
-            select_ms: 0.0,
-            triangulate_ms: 0.0,
-            upload_ms: None,
-            encode_ms: None,
-            submit_ms: None,
-            wait_ms: None,
-            gpu_ms: None,
-            cpu_ms: 2.0,
             draw_calls: Some(7),
+            ..SpeedFrame::default()
         };
+        let frames = [frame(0, 10.0), frame(1, 30.0), frame(2, 11.0)];
         let mut row = SummaryRow::default();
-        fill_speed(&mut row, &[frame(1e6, true), frame(10.0, false), frame(30.0, false)]);
-        assert_eq!((row.fps_mean, row.frame_ms_max, row.draw_calls_mean), (Some(50.0), Some(30.0), Some(7.0)));
-        assert_eq!(row.gpu_ms_p50, None, "not measured is empty, not zero");
+        fill_speed(&mut row, &frames, &RepeatTimes::of(&frames));
+        assert_eq!((row.frame_ms_p50, row.frame_ms_max, row.repeats), (Some(11.0), Some(30.0), 3));
+        assert!(row.frame_ms_p50_low < Some(11.0) && row.frame_ms_p50_high > Some(11.0), "{row:?}");
+        assert_eq!((row.draw_calls_mean, row.gpu_ms_p50), (Some(7.0), None), "not measured is empty, not zero");
     }
 }

@@ -6,10 +6,10 @@ use crate::layout::{self, Heading};
 use crate::summary::SummaryRow;
 
 /// Heading, alignment to the right, and content of a column.
-type Column = (&'static str, bool, fn(&SummaryRow) -> String);
+pub type Column<T> = (&'static str, bool, fn(&T) -> String);
 
 /// What every run has. What was asked for (`tolerance px`) stands beside what came out (`error max px` and the rest).
-const COLUMNS: [Column; 17] = [
+const COLUMNS: [Column<SummaryRow>; 17] = [
     ("method", false, |r| r.method.clone()),
     ("setting", false, |r| r.setting.clone()),
     ("tolerance px", true, |r| r.tolerance_px.to_string()),
@@ -30,7 +30,7 @@ const COLUMNS: [Column; 17] = [
 ];
 
 /// What live runs have besides.
-const LIVE_COLUMNS: [Column; 17] = [
+const LIVE_COLUMNS: [Column<SummaryRow>; 17] = [
     ("method", false, |r| r.method.clone()),
     ("setting", false, |r| r.setting.clone()),
     ("tolerance px", true, |r| r.tolerance_px.to_string()),
@@ -50,7 +50,8 @@ const LIVE_COLUMNS: [Column; 17] = [
     ("late frames", true, |r| count(r.late_frames)),
 ];
 
-fn number(value: Option<f64>, decimals: usize) -> String {
+/// Empty where nothing was measured.
+pub fn number(value: Option<f64>, decimals: usize) -> String {
     value.map_or_else(String::new, |v| format!("{v:.decimals$}"))
 }
 
@@ -81,7 +82,8 @@ pub fn markdown(rows: &[&SummaryRow]) -> String {
     text
 }
 
-fn table(columns: &[Column], rows: &[&SummaryRow]) -> String {
+/// Rows as a Markdown table.
+pub fn table<T>(columns: &[Column<T>], rows: &[&T]) -> String {
     let headings: Vec<Heading> =
         columns.iter().map(|(text, right, _)| Heading { text: (*text).to_owned(), right: *right }).collect();
     let cells: Vec<Vec<String>> = rows.iter().map(|row| columns.iter().map(|column| column.2(row)).collect()).collect();

@@ -1,9 +1,13 @@
 //! The program as a user runs it: arguments in, tables, files, one-line errors and exit codes out.
 
 mod bench;
+mod compare;
 mod dem;
+mod disk;
 mod live;
 mod maps;
 mod mesh;
 mod program;
 mod refusals;
+mod resume;
+mod schema;

@@ -1,0 +1,79 @@
+//! `cmp A B`: what has changed between two benches. Counters are compared exactly, times beyond noise.
+
+mod columns;
+mod pair;
+mod side;
+mod write;
+
+use crate::cmp_args::CmpArgs;
+use crate::compare::{Comparison, is_better_when_larger};
+use crate::fault::{Cause, Fault};
+use crate::interval::Verdict;
+use crate::output::print;
+use pair::Pairs;
+use side::Side;
+
+pub fn run(args: &CmpArgs) -> Result<(), Fault> {
+    let (a, b) = (Side::open(&args.a)?, Side::open(&args.b)?);
+    if !args.force {
+        refuse_to_mix(&a, &b)?;
+    }
+    let pairs = Pairs::of(&a, &b);
+    print(&write::text(&pairs, &a, &b, args.format))?;
+    match args.fail_on {
+        Some(share) => fail_on(&pairs.comparisons, share),
+        None => Ok(()),
+    }
+}
+
+/// Numbers of another machine, DEM, flight or build are other numbers.
+fn refuse_to_mix(a: &Side, b: &Side) -> Result<(), Fault> {
+    if let Some(side) = [a, b].into_iter().find(|side| side.is_incomplete) {
+        let name = &side.name;
+        let message = format!("{name}: marked INCOMPLETE; finish it with bench --resume, or compare with --force");
+        return Err(Fault::usage(message));
+    }
+    let common = a.facts.iter().filter_map(|(fact, value)| Some((fact, value, b.facts.get(fact)?)));
+    match common.into_iter().find(|(_, a, b)| a != b) {
+        None => Ok(()),
+        Some((fact, a_value, b_value)) => {
+            let message = format!("{fact} is {a_value} in {} and {b_value} in {}", a.name, b.name);
+            Err(Fault::usage(message + "; --force compares them all the same"))
+        }
+    }
+}
+
+fn fail_on(comparisons: &[Comparison], share: f64) -> Result<(), Fault> {
+    let worse = comparisons.iter().filter(|comparison| is_worse_by(comparison, share)).count();
+    if worse == 0 {
+        return Ok(());
+    }
+    let message = format!("{worse} numbers are worse by more than {} %; see the table", 100.0 * share);
+    Err(Fault::new(Cause::Regression, message))
+}
+
+/// What was 0 and is not is worse by more than any share.
+fn is_worse_by(comparison: &Comparison, share: f64) -> bool {
+    let factor = |ratio: f64| if is_better_when_larger(&comparison.measure) { 1.0 / ratio } else { ratio };
+    comparison.verdict == Verdict::Worse && comparison.ratio.is_none_or(|ratio| factor(ratio) > 1.0 + share)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn comparison(measure: &str, ratio: Option<f64>, verdict: Verdict) -> Comparison {
+        let who = crate::compare::Who { method: "tin", setting: "", tolerance_px: 1.0 };
+        Comparison { ratio, ..who.compare(measure, Some(1.0), Some(1.0), verdict) }
+    }
+
+    #[test]
+    fn worse_by_more_goes_by_what_is_better() {
+        use Verdict::{Better, Same, Worse};
+        let is_worse = |measure, ratio, verdict| is_worse_by(&comparison(measure, ratio, verdict), 0.05);
+        assert!(is_worse("draws_mean", Some(1.06), Worse) && !is_worse("draws_mean", Some(1.04), Worse));
+        assert!(is_worse("fps_mean", Some(0.9), Worse) && !is_worse("fps_mean", Some(0.97), Worse));
+        assert!(!is_worse("frame_ms_p50", Some(1.2), Same), "noise");
+        assert!(!is_worse("draws_mean", Some(0.5), Better) && is_worse("cracks", None, Worse));
+    }
+}

@@ -1,0 +1,70 @@
+//! The rows of two benches side by side.
+
+use super::columns::{TIMES, is_counter};
+use super::side::{Row, Side};
+use crate::compare::{Comparison, Who};
+use crate::interval::Verdict;
+
+/// Every number that both benches have, and the runs that one of them lacks.
+pub struct Pairs {
+    pub comparisons: Vec<Comparison>,
+    pub only_in_a: Vec<String>,
+    pub only_in_b: Vec<String>,
+}
+
+impl Pairs {
+    /// In the order of A.
+    pub fn of(a: &Side, b: &Side) -> Self {
+        let partner = |row: &Row, of: &Side| of.rows.iter().find(|other| other.key() == row.key()).cloned();
+        let mut comparisons = Vec::new();
+        for row in &a.rows {
+            if let Some(other) = partner(row, b) {
+                comparisons.extend(compare_rows(row, &other));
+            }
+        }
+        let without = |side: &Side, other: &Side| -> Vec<String> {
+            side.rows.iter().filter(|row| partner(row, other).is_none()).map(title).collect()
+        };
+        Self { comparisons, only_in_a: without(a, b), only_in_b: without(b, a) }
+    }
+
+    pub fn count(&self, verdict: Verdict) -> usize {
+        self.comparisons.iter().filter(|comparison| comparison.verdict == verdict).count()
+    }
+}
+
+fn title(row: &Row) -> String {
+    let (method, setting, tolerance_px) = row.key();
+    format!("{method} {setting} {tolerance_px} px")
+}
+
+fn compare_rows(a: &Row, b: &Row) -> Vec<Comparison> {
+    let tolerance_px = a.number("tolerance_px").unwrap_or(0.0);
+    let who = Who { method: a.text("method"), setting: a.text("setting"), tolerance_px };
+    let failed = [a, b].map(|row| f64::from(u8::from(!row.text("err").is_empty())));
+    let mut found: Vec<Comparison> = compare_counter(&who, "err", failed).into_iter().filter(|c| c.a != c.b).collect();
+    let counters = a.columns.keys().filter(|column| is_counter(column));
+    found.extend(counters.filter_map(|column| compare_counter(&who, column, [a.number(column)?, b.number(column)?])));
+    found.extend(TIMES.iter().filter_map(|time| compare_time(&who, time, a, b)));
+    found
+}
+
+/// Of all counters less is better.
+fn compare_counter(who: &Who, column: &str, [a, b]: [f64; 2]) -> Option<Comparison> {
+    let verdict = match a.total_cmp(&b) {
+        std::cmp::Ordering::Less => Verdict::Worse,
+        std::cmp::Ordering::Equal => Verdict::Same,
+        std::cmp::Ordering::Greater => Verdict::Better,
+    };
+    Some(who.compare(column, Some(a), Some(b), verdict))
+}
+
+/// By the repeats where both have them, else by the intervals of the columns.
+fn compare_time(who: &Who, time: &str, a: &Row, b: &Row) -> Option<Comparison> {
+    if let Some(compared) = who.compare_times(time, &a.times, &b.times) {
+        return Some(compared);
+    }
+    let (a_ms, b_ms) = (a.number(time)?, b.number(time)?);
+    let ratio = a.interval(time).zip(b.interval(time)).and_then(|(a, b)| a.ratio_to(&b));
+    Some(who.compare_by(time, [a_ms, b_ms], ratio))
+}

@@ -1,0 +1,99 @@
+//! A suite with all that its passes need.
+
+use std::path::Path;
+
+use terrain_core::flight;
+use terrain_core::{Flight, FlightPath, View};
+use terrain_dem::{Dem, ReadOptions};
+use terrain_renderer::{Look, Submission};
+
+use super::Suite;
+use crate::cli::BenchArgs;
+use crate::dem;
+use crate::fault::{Cause, Fault};
+use crate::maps::{Kept, Maps};
+use crate::methods::Run;
+
+/// A flight by its built-in name or its file.
+fn open_flight(spec: &str) -> Result<Flight, Fault> {
+    if let Some(flight) = Flight::built_in(spec) {
+        return Ok(flight);
+    }
+    let built_in: Vec<&str> = flight::BUILT_IN.iter().map(|flight| flight.0).collect();
+    let expected = &format!("a flight file, or one of the built-in flights {}", built_in.join(", "));
+    let text = std::fs::read_to_string(spec).map_err(|e| Fault::read(Path::new(spec), &e, expected))?;
+    Ok(Flight::parse(spec, &text)?)
+}
+
+/// Everything that the passes need, checked.
+pub struct Bench {
+    pub suite_name: String,
+    pub suite: Suite,
+    pub runs: Vec<Run>,
+    pub dem: Dem,
+    /// Empty until [`Self::prepare_maps`].
+    pub maps: Maps,
+    pub flight_name: String,
+    pub path: FlightPath,
+    /// Frames at the start of each flight of the speed pass that are not timed.
+    pub warm_up: u32,
+    pub submission: Submission,
+    pub look: Look,
+}
+
+impl Bench {
+    /// The suite that the command line names.
+    pub fn from_args(args: &BenchArgs) -> Result<Self, Fault> {
+        let submission = args.submission.map_or(Submission::Direct, Submission::from);
+        let bench = Self::new(&args.suite, Suite::from_args(args)?, &args.dem.read_options())?;
+        Ok(Self { submission, look: args.look(), ..bench })
+    }
+
+    /// Reads and checks DEM, flight and settings.
+    pub fn new(suite_name: &str, suite: Suite, read: &ReadOptions) -> Result<Self, Fault> {
+        let refuse = |reason| Fault::new(Cause::BadInput, format_args!("suite {suite_name}: {reason}"));
+        suite.validate().map_err(refuse)?;
+        let runs = suite.runs()?;
+        let flight = open_flight(&suite.flight)?;
+        let dem = dem::open(&suite.dem, read)?;
+        let frames = suite.frames.unwrap_or_else(|| flight.default_frames());
+        let path = FlightPath::new(&flight, &dem.heightmap, frames)?;
+        Ok(Self {
+            suite_name: suite_stem(suite_name),
+            runs,
+            dem,
+            maps: Maps::default(),
+            flight_name: flight.name().to_string(),
+            path,
+            // A short flight still has frames to time.
+            warm_up: suite.warm_up.min(frames / 2),
+            submission: Submission::default(),
+            look: Look::default(),
+            suite,
+        })
+    }
+
+    /// Gets the threshold maps that the runs need, once for all passes. That takes a while. `keep`: in files beside the
+    /// DEM's, which are read, and written if `may_write`.
+    pub fn prepare_maps(&mut self, keep: bool, may_write: bool) -> Result<(), Fault> {
+        let (file, needs_maps) = (Path::new(&self.suite.dem), self.runs.iter().any(Run::needs_maps));
+        if keep && needs_maps && !file.is_file() {
+            let message =
+                format!("{}: no file to keep threshold maps beside; expected a DEM in a file", self.suite.dem);
+            return Err(Fault::usage(message + ", or no --keep-maps"));
+        }
+        let kept = keep.then_some(Kept { beside: file, may_write });
+        self.maps = Maps::of(&self.runs, &self.dem.heightmap, kept);
+        Ok(())
+    }
+
+    /// The view of one frame.
+    pub fn view(&self, frame: u32) -> Result<View, Fault> {
+        Ok(self.path.view(frame, self.suite.size_px)?)
+    }
+}
+
+/// The name of a suite without folder and ending, for folders.
+fn suite_stem(name: &str) -> String {
+    Path::new(name).file_stem().map_or_else(|| name.into(), |stem| stem.to_string_lossy().into_owned())
+}

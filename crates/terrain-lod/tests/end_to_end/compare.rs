@@ -1,0 +1,149 @@
+//! `cmp`: what is named, what is noise, and what is refused.
+
+use std::path::{Path, PathBuf};
+
+use serde_json::{Value, json};
+
+use crate::program::terrain_lod;
+
+/// A made-up result folder: two runs with five repeats each.
+fn summary() -> Value {
+    let times = |ms: f64| {
+        let repeats: Vec<f64> = [1.0, 1.01, 0.99, 1.02, 0.98].map(|noise| ms * noise).into();
+        json!({ "plan_ms_p50": repeats })
+    };
+    let row = |method: &str, triangles: f64, cracks: u64, ms: f64| {
+        json!({
+            "method": method, "setting": "k=3", "tolerance_px": 1.0, "dem": "hills", "adapter": "", "err": "",
+            "triangles_mean": triangles, "cracks": cracks, "error_px_max": 0.5, "plan_ms_p50": ms,
+            "load_average": 0.5, "repeat_times": times(ms)
+        })
+    };
+    let machine = json!({ "cpu": "made up", "cores": 2, "profile": "release", "dem_sha256": "ab", "utc": "then" });
+    json!({ "schema": 1, "machine": machine, "rows": [row("tin", 100.0, 0, 10.0), row("htp", 400.0, 0, 2.0)] })
+}
+
+/// Folders `a` and `b`, the second changed.
+fn folders(place: &Path, change: impl Fn(&mut Value)) {
+    for name in ["a", "b"] {
+        let mut summary = summary();
+        if name == "b" {
+            summary["machine"]["utc"] = "now".into();
+            change(&mut summary);
+        }
+        std::fs::create_dir_all(place.join(name)).unwrap();
+        std::fs::write(place.join(name).join("summary.json"), summary.to_string()).unwrap();
+    }
+}
+
+fn slower(row: &mut Value, factor: f64) {
+    let repeats: Vec<f64> =
+        row["repeat_times"]["plan_ms_p50"].as_array().unwrap().iter().map(|ms| ms.as_f64().unwrap() * factor).collect();
+    row["repeat_times"]["plan_ms_p50"] = json!(repeats);
+    row["plan_ms_p50"] = json!(row["plan_ms_p50"].as_f64().unwrap() * factor);
+}
+
+fn compare(place: &Path, more: &[&str]) -> (i32, String, String) {
+    let output = terrain_lod(place, &[&["cmp", "a", "b"], more].concat());
+    let text = |bytes| String::from_utf8(bytes).unwrap();
+    (output.status.code().unwrap(), text(output.stdout), text(output.stderr))
+}
+
+fn golden(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/golden").join(name)
+}
+
+/// Each format of one comparison with something better, worse, lost and new in it. Renewed with `TERRAIN_LOD_BLESS=1`.
+#[test]
+fn golden_comparisons() {
+    let place = tempfile::tempdir().unwrap();
+    folders(place.path(), |summary| {
+        slower(&mut summary["rows"][0], 1.2);
+        summary["rows"][0]["triangles_mean"] = json!(90.0);
+        summary["rows"][0]["cracks"] = json!(2);
+        summary["rows"][1]["method"] = json!("rqt");
+    });
+    for (format, file) in [("markdown", "cmp.md"), ("csv", "cmp.csv"), ("json", "cmp.json")] {
+        let (code, found, _) = compare(place.path(), &["--format", format]);
+        assert_eq!(code, 0);
+        if std::env::var_os("TERRAIN_LOD_BLESS").is_some() {
+            std::fs::write(golden(file), &found).unwrap();
+        }
+        assert_eq!(found, std::fs::read_to_string(golden(file)).unwrap(), "{file}");
+    }
+}
+
+#[test]
+fn two_copies_of_one_bench_are_the_same() {
+    let place = tempfile::tempdir().unwrap();
+    folders(place.path(), |_| ());
+    let (code, text, _) = compare(place.path(), &["--fail-on", "0.1%"]);
+    assert!(code == 0 && text.ends_with("\n0 worse, 0 better, 8 same\n"), "{text}");
+}
+
+#[test]
+fn a_regression_has_an_exit_code_of_its_own() {
+    let place = tempfile::tempdir().unwrap();
+    let fails_on = |share: &str, change: fn(&mut Value)| {
+        folders(place.path(), change);
+        compare(place.path(), &["--fail-on", share]).0
+    };
+    assert_eq!(fails_on("5%", |summary| summary["rows"][0]["triangles_mean"] = json!(106.0)), 3);
+    assert_eq!(fails_on("5%", |summary| summary["rows"][0]["triangles_mean"] = json!(104.0)), 0);
+    assert_eq!(
+        fails_on("5%", |summary| summary["rows"][1]["cracks"] = json!(1)),
+        3,
+        "what was 0 is worse by any share"
+    );
+    assert_eq!(fails_on("5%", |summary| summary["rows"][1]["err"] = json!("lost")), 3);
+    assert_eq!(fails_on("5%", |summary| slower(&mut summary["rows"][0], 1.2)), 3);
+    assert_eq!(fails_on("25%", |summary| slower(&mut summary["rows"][0], 1.2)), 0);
+    assert_eq!(fails_on("0.1%", |summary| slower(&mut summary["rows"][0], 1.01)), 0, "within noise");
+}
+
+#[test]
+fn what_does_not_belong_together_is_refused() {
+    let place = tempfile::tempdir().unwrap();
+    let refused = |change: fn(&mut Value)| {
+        folders(place.path(), change);
+        let (code, text, said) = compare(place.path(), &[]);
+        assert_eq!((code, text.as_str(), said.lines().count()), (2, "", 1), "{said}");
+        assert_eq!(compare(place.path(), &["--force"]).0, 0);
+        said
+    };
+    let said = refused(|summary| summary["machine"]["cpu"] = json!("another"));
+    assert_eq!(said, "error: cpu is \"made up\" in a and \"another\" in b; --force compares them all the same\n");
+    assert!(refused(|summary| summary["machine"]["dem_sha256"] = json!("cd")).starts_with("error: dem_sha256 is "));
+    assert!(refused(|summary| summary["rows"][0]["adapter"] = json!("llvmpipe")).starts_with("error: adapter is "));
+    folders(place.path(), |_| ());
+    std::fs::write(place.path().join("b/INCOMPLETE"), "").unwrap();
+    assert!(compare(place.path(), &[]).2.starts_with("error: b: marked INCOMPLETE; "));
+}
+
+#[test]
+fn files_that_are_no_summary_are_bad_input() {
+    let place = tempfile::tempdir().unwrap();
+    folders(place.path(), |summary| summary["schema"] = json!(2));
+    let (code, _, said) = compare(place.path(), &[]);
+    assert!(code == 4 && said.ends_with("summary.json: schema 2; expected 1\n"), "{said}");
+    std::fs::remove_file(place.path().join("b/summary.json")).unwrap();
+    let (code, _, said) = compare(place.path(), &[]);
+    assert!(code == 4 && said.starts_with("error: cannot read b/summary.json: "), "{said}");
+}
+
+/// The CSV has no repeats: its columns are enough for counters, and for a verdict on times that have intervals.
+#[test]
+fn csv_files_compare_by_their_columns() {
+    let place = tempfile::tempdir().unwrap();
+    let header = "method,setting,tolerance_px,draws_mean,plan_ms_p50,plan_ms_p50_low,plan_ms_p50_high,err\n";
+    let write = |name: &str, row: &str| std::fs::write(place.path().join(name), format!("{header}{row}\n")).unwrap();
+    write("a.csv", "tin,,1,20,10,9.9,10.1,");
+    write("b.csv", "tin,,1,19.5,12,11.9,12.2,");
+    let output = terrain_lod(place.path(), &["cmp", "a.csv", "b.csv", "--format", "csv"]);
+    let expected = "\
+method,setting,tolerance_px,measure,a,b,ratio,low,high,verdict
+tin,,1.0,draws_mean,20.0,19.5,0.975,,,better
+tin,,1.0,plan_ms_p50,10.0,12.0,1.2,1.184499,1.22344,worse
+";
+    assert_eq!(String::from_utf8(output.stdout).unwrap(), expected);
+}

@@ -1,0 +1,169 @@
+//! A bench that is killed or interrupted, and goes on with `--resume`.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+use std::process::{Command, Stdio};
+use std::time::{Duration, Instant};
+
+use terrain_core::SplitMix64;
+
+use crate::program::{read_rows, terrain_lod};
+
+/// A bench of a second or so: eight runs, two of them timed twice.
+const BENCH: [&str; 12] = [
+    "bench",
+    "--no-gpu",
+    "--suite",
+    "smoke",
+    "--frames",
+    "60",
+    "--repeats",
+    "6",
+    "--size",
+    "160x90",
+    "--out",
+    "results",
+];
+
+/// The bytes of all error frames, by file.
+fn error_frames(folder: &Path) -> BTreeMap<String, Vec<u8>> {
+    let entries = std::fs::read_dir(folder.join("frames")).unwrap().map(|entry| entry.unwrap().path());
+    let errors = entries.filter(|path| path.to_string_lossy().ends_with("-error.csv"));
+    errors.map(|path| (path.file_name().unwrap().to_string_lossy().into(), std::fs::read(&path).unwrap())).collect()
+}
+
+/// The columns of the summary that have nothing to do with a clock, as text.
+fn counters(folder: &Path) -> String {
+    let is_timed = |column: &str| column.contains("_ms_") || column.starts_with("live_") || column == "load_average";
+    let rows = read_rows(&folder.join("summary.csv"));
+    rows.iter()
+        .map(|row| format!("{:?}\n", row.iter().filter(|(name, _)| !is_timed(name)).collect::<Vec<_>>()))
+        .collect()
+}
+
+/// Starts the bench, or goes on with it where it has begun, and kills it after a while. Whether it was still running.
+fn fly_and_kill(place: &Path, after: Duration) -> bool {
+    let begun = place.join("results/machine.json").exists();
+    if !begun {
+        // Killed before it had written what it is: nothing was flown.
+        let _ = std::fs::remove_dir_all(place.join("results"));
+    }
+    let arguments: &[&str] = if begun { &["bench", "--resume", "results"] } else { &BENCH };
+    let mut command = Command::new(env!("CARGO_BIN_EXE_terrain-lod"));
+    command.current_dir(place).args(arguments).stdout(Stdio::null()).stderr(Stdio::null());
+    let mut child = command.spawn().unwrap();
+    let start = Instant::now();
+    while start.elapsed() < after && child.try_wait().unwrap().is_none() {
+        std::thread::sleep(Duration::from_millis(1));
+    }
+    let is_running = child.try_wait().unwrap().is_none();
+    child.kill().unwrap();
+    child.wait().unwrap();
+    is_running
+}
+
+#[test]
+fn twenty_kills_leave_the_counters_as_they_are() {
+    const SEED: u64 = 20;
+    let whole = tempfile::tempdir().unwrap();
+    let start = Instant::now();
+    assert!(terrain_lod(whole.path(), &BENCH).status.success());
+    let at_most = start.elapsed().as_micros() as u64 / 2;
+    let mut random = SplitMix64::new(SEED);
+    let (mut kills, mut place) = (0, tempfile::tempdir().unwrap());
+    while kills < 20 {
+        if fly_and_kill(place.path(), Duration::from_micros(random.below(at_most))) {
+            kills += 1;
+        } else {
+            // It has come to its end: the next kills are another bench's.
+            compare_with(whole.path(), place.path());
+            place = tempfile::tempdir().unwrap();
+        }
+    }
+    while fly_and_kill(place.path(), Duration::from_secs(20)) {}
+    compare_with(whole.path(), place.path());
+}
+
+fn compare_with(whole: &Path, killed: &Path) {
+    let [whole, killed] = [whole, killed].map(|place| place.join("results"));
+    assert!(!killed.join("INCOMPLETE").exists() && !killed.join("parts").exists());
+    assert_eq!(error_frames(&killed), error_frames(&whole));
+    assert_eq!(counters(&killed), counters(&whole));
+    for row in read_rows(&killed.join("summary.csv")) {
+        assert_eq!(row["repeats"], "6", "{row:?}");
+    }
+}
+
+/// A folder in which the error pass is done and one flight of the speed pass is missing.
+fn interrupted() -> tempfile::TempDir {
+    let place = tempfile::tempdir().unwrap();
+    assert!(terrain_lod(place.path(), &BENCH).status.success());
+    let results = place.path().join("results");
+    std::fs::write(results.join("INCOMPLETE"), "").unwrap();
+    let speed = results.join("frames/full-grid-speed.csv");
+    let lines: Vec<String> = std::fs::read_to_string(&speed).unwrap().lines().map(str::to_string).collect();
+    std::fs::write(&speed, lines[..=5 * 60].join("\n") + "\n").unwrap();
+    place
+}
+
+#[test]
+fn only_what_is_missing_is_flown() {
+    let place = interrupted();
+    let speed = |name: &str| std::fs::read_to_string(place.path().join("results/frames").join(name)).unwrap();
+    let (kept, cut) = (speed("htp-distance-leg8px-k3-l3-per-patch-speed.csv"), speed("full-grid-speed.csv"));
+    let dry = terrain_lod(place.path(), &["bench", "--resume", "results", "--dry-run"]);
+    let said = String::from_utf8(dry.stdout).unwrap();
+    assert!(said.contains("Repeats: 6, the first 2 frames of each not timed\n"), "{said}");
+    let line = said.lines().find(|line| line.contains("full-grid")).unwrap();
+    assert!(line.ends_with("(errors to fly, speed 5 of 6 flights done)"), "{said}");
+    assert!(terrain_lod(place.path(), &["bench", "--resume", "results"]).status.success());
+    assert_eq!(speed("htp-distance-leg8px-k3-l3-per-patch-speed.csv"), kept, "times of flights that are done stay");
+    assert!(
+        speed("full-grid-speed.csv").starts_with(&cut) && speed("full-grid-speed.csv").lines().count() == 1 + 6 * 60
+    );
+    let machine: serde_json::Value =
+        serde_json::from_slice(&std::fs::read(place.path().join("results/machine.json")).unwrap()).unwrap();
+    assert_eq!(machine["resumed"].as_array().unwrap().len(), 1);
+}
+
+#[test]
+fn another_bench_is_refused_in_one_line() {
+    let place = interrupted();
+    let refuse = |arguments: &[&str]| {
+        let output = terrain_lod(place.path(), &[&["bench"], arguments].concat());
+        let said = String::from_utf8(output.stderr).unwrap();
+        assert!(output.status.code() == Some(2) && said.lines().count() == 1, "{said}");
+        said
+    };
+    let mut as_begun: Vec<&str> = BENCH[1..10].to_vec();
+    as_begun.extend(["--resume", "results"]);
+    let fewer: Vec<&str> = as_begun.iter().map(|word| if *word == "6" { "5" } else { word }).collect();
+    let expected = "error: results: begun with options.repeats 6, now 5; resume it as it was begun, or start another\n";
+    assert_eq!(refuse(&fewer), expected);
+    assert!(refuse(&["--resume", "none"]).starts_with("error: none: no bench has begun here"));
+    assert!(terrain_lod(place.path(), &[&["bench"], &as_begun[..]].concat()).status.success());
+    assert_eq!(refuse(&["--resume", "results"]), "error: results: complete; there is nothing to resume\n");
+}
+
+/// Ctrl-C in a bench: it ends with 130, marked, and goes on.
+#[cfg(unix)]
+#[test]
+fn ctrl_c_leaves_a_marked_result_that_goes_on() {
+    let place = tempfile::tempdir().unwrap();
+    let long = [&BENCH[..5], &["4000", "--repeats", "1", "-m", "full-grid", "--out", "results"]].concat();
+    let mut command = Command::new(env!("CARGO_BIN_EXE_terrain-lod"));
+    command.current_dir(place.path()).args(&long).stdout(Stdio::null()).stderr(Stdio::piped());
+    let mut child = command.spawn().unwrap();
+    while !place.path().join("results/machine.json").exists() {
+        assert_eq!(child.try_wait().unwrap(), None, "ended before it began");
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    let interrupt = Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap();
+    assert!(interrupt.success());
+    let output = child.wait_with_output().unwrap();
+    let said = String::from_utf8(output.stderr).unwrap();
+    assert!(output.status.code() == Some(130) && said.contains("bench --resume goes on with it"), "{said}");
+    assert!(place.path().join("results/INCOMPLETE").exists());
+    assert!(terrain_lod(place.path(), &["bench", "--resume", "results"]).status.success());
+    assert!(!place.path().join("results/INCOMPLETE").exists());
+}
