@@ -23,8 +23,9 @@ struct Forwarded {
 }
 
 /// One table instead of forwarding whatever comes: a typing error must not cost a release build.
-const FORWARDED: [Forwarded; 4] = [
+const FORWARDED: [Forwarded; 5] = [
     Forwarded { name: "bench", summary: "fly a DEM with every method, print the comparison", draws: true },
+    Forwarded { name: "cmp", summary: "compare two result folders: what is better, worse or the same", draws: false },
     Forwarded { name: "mesh", summary: "write the mesh of one frame as PLY", draws: false },
     Forwarded {
         name: "dem",
@@ -152,6 +153,7 @@ Checks:
 Examples:
   cargo xtask bench
   cargo xtask bench --tolerance 0.5,1 --methods tin,full-grid --no-gpu
+  cargo xtask cmp results/before results/after --fail-on 5%
   cargo xtask test
 
 On Linux without a GPU adapter, bench and test install Mesa's software driver (as root with apt), offer to (on a

@@ -51,3 +51,48 @@ pub fn describe_width(suite: &Suite, runs: &[(&SummaryRow, &RepeatTimes)]) -> St
     }
     text
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::speed_pass::SpeedFrame;
+
+    /// Flights of one frame each.
+    fn times(frame_ms: &[f64]) -> RepeatTimes {
+        let frame =
+            |(repeat, frame_ms): (u32, &f64)| SpeedFrame { repeat, frame_ms: Some(*frame_ms), ..SpeedFrame::default() };
+        RepeatTimes::of(&(0..).zip(frame_ms).map(frame).collect::<Vec<_>>())
+    }
+
+    fn row() -> SummaryRow {
+        SummaryRow { method: "tin".into(), setting: "x".into(), tolerance_px: 1.0, repeats: 4, ..Default::default() }
+    }
+
+    #[test]
+    fn copies_that_differ_are_named() {
+        let a = times(&[10.0, 10.1, 9.9, 10.0]);
+        let said = |b: &[f64]| describe_aa(check_aa(&row(), &a, &times(b)).as_slice());
+        assert!(
+            said(&[10.1, 10.0, 9.9, 10.0]).contains("- tin x 1 px: frame_ms_p50 B / A = 1.000 ("),
+            "a heading, too"
+        );
+        assert!(said(&[10.1, 10.0, 9.9, 10.0]).ends_with("): same\n"));
+        assert!(said(&[12.1, 12.0, 11.9, 12.0]).ends_with("): DIFFERENT\n"));
+        assert!(said(&[12.0]).ends_with("(no interval from one repeat): same\n"));
+        assert_eq!(describe_aa(&[]), "");
+    }
+
+    #[test]
+    fn intervals_that_stay_wide_are_named() {
+        let suite = Suite { until_ci: Some(0.05), ..Suite::default() };
+        let (row, narrow, wide) = (row(), times(&[10.0; 4]), times(&[10.0, 12.0, 8.0, 10.0]));
+        let said = describe_width(&suite, &[(&row, &narrow)]);
+        assert_eq!(said, "\nAfter 4 repeats the intervals of all medians are narrower than 5 %.\n");
+        let said = describe_width(&suite, &[(&row, &narrow), (&row, &wide)]);
+        assert!(
+            said.starts_with("\nStopped at 4 repeats (--max-repeats) with intervals wider than 5 %:\n\n- tin x 1 px")
+        );
+        assert_eq!(said.lines().count(), 4, "{said}");
+        assert_eq!(describe_width(&Suite::default(), &[(&row, &wide)]), "");
+    }
+}
