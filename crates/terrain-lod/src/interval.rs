@@ -34,9 +34,7 @@ impl Interval {
         let widen = widening(repeats.len(), repeats.len().checked_sub(1)?)?;
         let mut random = SplitMix64::new(SEED);
         let draws = (0..DRAWS).map(|_| median_of_draw(repeats, &mut random)).collect();
-        let Self { estimate, low, high } = Self::percentiles(median(repeats)?, draws);
-        let widened = |end: f64| (estimate + (end - estimate) * widen).max(0.0);
-        Some(Self { estimate, low: widened(low), high: widened(high) })
+        Some(Self::percentiles(median(repeats)?, draws).widened(widen))
     }
 
     /// Of the median of `b` over that of `a`, of positive values; each side is resampled by itself.
@@ -45,15 +43,21 @@ impl Interval {
         let widen = widening(fewer, (a.len() + b.len()).checked_sub(2)?)?;
         let mut random = SplitMix64::new(SEED);
         let draws = (0..DRAWS).map(|_| median_of_draw(b, &mut random) / median_of_draw(a, &mut random)).collect();
-        let Self { estimate, low, high } = Self::percentiles(median(b)? / median(a)?, draws);
-        let widened = |end: f64| estimate * (end / estimate).powf(widen);
-        Some(Self { estimate, low: widened(low), high: widened(high) })
+        Some(Self::percentiles(median(b)? / median(a)?, draws).widened(widen))
     }
 
     /// The middle 95 % of the draws.
     fn percentiles(estimate: f64, mut draws: Vec<f64>) -> Self {
         draws.sort_by(f64::total_cmp);
         let [low, high] = [0.025, 0.975].map(|share| draws[(share * (DRAWS - 1) as f64).round() as usize]);
+        Self { estimate, low, high }
+    }
+
+    /// The ends further away by a factor, as logarithms: times and ratios are not negative, and vary by factors.
+    fn widened(self, factor: f64) -> Self {
+        let Self { estimate, low, high } = self;
+        let [low, high] =
+            [low, high].map(|end| if estimate > 0.0 { estimate * (end / estimate).powf(factor) } else { end });
         Self { estimate, low, high }
     }
 

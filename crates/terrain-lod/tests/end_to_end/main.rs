@@ -9,5 +9,6 @@ mod maps;
 mod mesh;
 mod program;
 mod refusals;
+mod repeats;
 mod resume;
 mod schema;

@@ -1,7 +1,7 @@
 //! A bench that is killed or interrupted, and goes on with `--resume`.
 
 use std::collections::BTreeMap;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
@@ -16,14 +16,16 @@ const BENCH: [&str; 12] = [
     "--suite",
     "smoke",
     "--frames",
-    "60",
+    "40",
     "--repeats",
-    "6",
+    "4",
     "--size",
     "160x90",
     "--out",
     "results",
 ];
+
+const RUNS: usize = 8;
 
 /// The bytes of all error frames, by file.
 fn error_frames(folder: &Path) -> BTreeMap<String, Vec<u8>> {
@@ -74,6 +76,7 @@ fn twenty_kills_leave_the_counters_as_they_are() {
     while kills < 20 {
         if fly_and_kill(place.path(), Duration::from_micros(random.below(at_most))) {
             kills += 1;
+            assert!(are_interleaved(place.path()), "seed {SEED}, kill {kills}: not A B A B");
             kills_with_parts += usize::from(place.path().join("results/parts").read_dir().is_ok_and(|p| p.count() > 0));
         } else {
             // It has come to its end: the next kills are another bench's.
@@ -84,6 +87,17 @@ fn twenty_kills_leave_the_counters_as_they_are() {
     println!("{kills_with_parts} of {kills} kills had something to go on with (seed {SEED})");
     while fly_and_kill(place.path(), Duration::from_secs(20)) {}
     compare_with(whole.path(), place.path());
+}
+
+/// Whether no run of the speed pass is more than one flight ahead of another.
+fn are_interleaved(place: &Path) -> bool {
+    let Ok(entries) = place.join("results/frames").read_dir() else { return true };
+    let files: Vec<_> = entries.map(|entry| entry.unwrap().path()).collect();
+    let speeds: Vec<_> = files.iter().filter(|path| path.to_string_lossy().ends_with("-speed.csv")).collect();
+    let repeats = |path: &&PathBuf| read_rows(path).last().unwrap()["repeat"].parse::<u32>().unwrap() + 1;
+    let most = speeds.iter().map(repeats).max().unwrap_or(0);
+    let fewest = if speeds.len() < RUNS { 0 } else { speeds.iter().map(repeats).min().unwrap_or(0) };
+    most - fewest <= 1
 }
 
 fn compare_with(whole: &Path, killed: &Path) {
@@ -168,4 +182,33 @@ fn ctrl_c_leaves_a_marked_result_that_goes_on() {
     assert!(place.path().join("results/INCOMPLETE").exists());
     assert!(terrain_lod(place.path(), &["bench", "--resume", "results"]).status.success());
     assert!(!place.path().join("results/INCOMPLETE").exists());
+}
+
+/// The live flights of a run are one unit: once they are done, they are not flown again.
+#[test]
+fn live_flights_that_are_done_stay_as_they_are() {
+    let place = tempfile::tempdir().unwrap();
+    let long = ["--repeats", "2", "--until-ci", "0.01%", "--max-repeats", "60", "--frames", "30", "--out", "results"];
+    let live = ["bench", "--no-gpu", "--suite", "smoke", "-f", "bounded.*2 px", "--schedule", "live"];
+    let mut command = Command::new(env!("CARGO_BIN_EXE_terrain-lod"));
+    command.current_dir(place.path()).args(live).args(long).stdout(Stdio::null()).stderr(Stdio::null());
+    let mut child = command.spawn().unwrap();
+    let part = place.path().join("results/parts/tin-bounded-2px-patch16-grid-live-live.json");
+    while !part.exists() && child.try_wait().unwrap().is_none() {
+        std::thread::sleep(Duration::from_millis(1));
+    }
+    child.kill().unwrap();
+    child.wait().unwrap();
+    let frames =
+        || std::fs::read(place.path().join("results/frames/tin-bounded-2px-patch16-grid-live-live.csv")).unwrap();
+    let flown = frames();
+    if place.path().join("results/INCOMPLETE").exists() {
+        assert!(terrain_lod(place.path(), &["bench", "--resume", "results"]).status.success());
+    }
+    assert_eq!(frames(), flown);
+    let rows = read_rows(&place.path().join("results/summary.csv"));
+    assert!(
+        rows[0]["live_cracks"] == "0" && rows[0]["cracks"] == "0" && !rows[0]["plan_ms_p50"].is_empty(),
+        "{rows:?}"
+    );
 }
