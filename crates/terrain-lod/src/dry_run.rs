@@ -39,8 +39,8 @@ pub fn describe(bench: &Bench, renderer: &mut Option<Renderer>, results: &Result
 /// What of a run is still to be flown.
 struct ToFly {
     errors: bool,
-    /// Flights in the flight's own time.
-    live: u32,
+    /// Flights in the flight's own time; `None` for a run that has none.
+    live: Option<u32>,
     /// Flights in the speed pass, its copy's included.
     speed: u32,
 }
@@ -53,8 +53,8 @@ impl ToFly {
             let flown = parts::speed(bench, results, run, *copy)?.len() as u32 / bench.path.len();
             speed += repeats.saturating_sub(flown);
         }
-        let is_live = run.is_live() && parts::live(results, run)?.is_none();
-        Ok(Self { errors: parts::errors(results, run)?.is_none(), live: if is_live { repeats } else { 0 }, speed })
+        let live = if parts::live(results, run)?.is_none() { repeats } else { 0 };
+        Ok(Self { errors: parts::errors(results, run)?.is_none(), live: run.is_live().then_some(live), speed })
     }
 
     /// What `--resume` leaves out.
@@ -63,8 +63,10 @@ impl ToFly {
         if self.errors && self.speed == speed {
             return String::new();
         }
-        let errors = if self.errors { "to fly" } else { "done" };
-        format!("  (errors {errors}, speed {} of {speed} flights done)", speed - self.speed)
+        let said = |to_fly: bool| if to_fly { "to fly" } else { "done" };
+        let live = self.live.map_or_else(String::new, |flights| format!("live {}, ", said(flights > 0)));
+        let errors = said(self.errors);
+        format!("  (errors {errors}, {live}speed {} of {speed} flights done)", speed - self.speed)
     }
 }
 
@@ -132,5 +134,5 @@ fn estimate(bench: &Bench, run: &Run, renderer: &mut Option<Renderer>, to_fly: &
     // A live flight takes its own time, and is judged afterwards as in the error pass.
     let live_time = Duration::from_secs_f64(bench.path.step_s()) + error_time;
     let errors = u32::from(to_fly.errors);
-    Ok((error_time * errors + live_time * to_fly.live + speed_time * to_fly.speed) * bench.path.len())
+    Ok((error_time * errors + live_time * to_fly.live.unwrap_or(0) + speed_time * to_fly.speed) * bench.path.len())
 }

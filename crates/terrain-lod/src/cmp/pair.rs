@@ -42,21 +42,25 @@ fn compare_rows(a: &Row, b: &Row) -> Vec<Comparison> {
     let tolerance_px = a.number("tolerance_px").unwrap_or(0.0);
     let who = Who { method: a.text("method"), setting: a.text("setting"), tolerance_px };
     let failed = [a, b].map(|row| f64::from(u8::from(!row.text("err").is_empty())));
-    let mut found: Vec<Comparison> = compare_counter(&who, "err", failed).into_iter().filter(|c| c.a != c.b).collect();
+    let mut found = Vec::new();
+    if failed[0] != failed[1] {
+        found.push(compare_counter(&who, "err", failed));
+    }
     let counters = a.columns.keys().filter(|column| is_counter(column));
-    found.extend(counters.filter_map(|column| compare_counter(&who, column, [a.number(column)?, b.number(column)?])));
+    let compare = |column: &String| Some(compare_counter(&who, column, [a.number(column)?, b.number(column)?]));
+    found.extend(counters.filter_map(compare));
     found.extend(TIMES.iter().filter_map(|time| compare_time(&who, time, a, b)));
     found
 }
 
 /// Of all counters less is better.
-fn compare_counter(who: &Who, column: &str, [a, b]: [f64; 2]) -> Option<Comparison> {
+fn compare_counter(who: &Who, column: &str, [a, b]: [f64; 2]) -> Comparison {
     let verdict = match a.total_cmp(&b) {
         std::cmp::Ordering::Less => Verdict::Worse,
         std::cmp::Ordering::Equal => Verdict::Same,
         std::cmp::Ordering::Greater => Verdict::Better,
     };
-    Some(who.compare(column, Some(a), Some(b), verdict))
+    who.compare(column, Some(a), Some(b), verdict)
 }
 
 /// By the repeats where both have them, else by the intervals of the columns.
