@@ -88,15 +88,14 @@ pub struct Partial {
 
 impl Partial {
     /// Goes on with the file that is there, if it was begun for the same DEM and cells; or else begins anew.
-    pub fn begin(out: &Path, cutter: &Cutter) -> Result<Self, Fault> {
-        let path = name(out)?;
-        let refuse = |e| Fault::write(&path, e);
-        let file = File::options().read(true).write(true).create(true).truncate(false).open(&path).map_err(refuse)?;
+    pub fn begin(path: &Path, out: &Path, cutter: &Cutter) -> Result<Self, Fault> {
+        let refuse = |e| Fault::write(path, e);
+        let file = File::options().read(true).write(true).create(true).truncate(false).open(path).map_err(refuse)?;
         if file.try_lock().is_err() {
             let message = format_args!("{} is being written by another program; wait for it", path.display());
             return Err(Fault::new(Cause::Io, message));
         }
-        let partial = Self { file: Placed::new(file), path: path.clone(), out: out.to_owned() };
+        let partial = Self { file: Placed::new(file), path: path.to_owned(), out: out.to_owned() };
         if !cutter.began(&partial.file) {
             partial.clear(cutter.file_bytes()).map_err(refuse)?;
             partial.write_at(0, &cutter.header_bytes())?;
@@ -122,7 +121,7 @@ impl Partial {
 }
 
 /// `OUT.partial`, in the same folder, so that the rename stays within one file system.
-fn name(out: &Path) -> Result<PathBuf, Fault> {
+pub fn partial_of(out: &Path) -> Result<PathBuf, Fault> {
     let Some(name) = out.file_name().filter(|_| !out.is_dir()) else {
         return Err(Fault::write(out, "expected a path that ends in a file name"));
     };

@@ -6,27 +6,30 @@ use std::time::Instant;
 
 use htp_lod::{CellsHeader, CutError, Cutter, Options, Scan};
 
-use crate::cells_file::Partial;
+use crate::cells_file::{self, Partial};
 use crate::dem::Rows;
 use crate::dem_args::CellsArgs;
 use crate::fault::{Cause, Fault};
 use crate::interrupt;
 use crate::output::print;
 use crate::progress::Progress;
+use crate::results::probe_parent;
 
 pub fn run(args: &CellsArgs) -> Result<(), Fault> {
     interrupt::listen();
     let (start, out) = (Instant::now(), with_ending(&args.out));
+    let partial = cells_file::partial_of(&out)?;
+    probe_parent(&out)?;
     let rows = Rows::open(&args.dem, &args.read.options())?;
     let header = scan(&rows, args)?;
     let line = Line::of(&header);
-    let kept = cut(&rows, header, &out)?;
+    let kept = cut(&rows, header, &partial, &out)?;
     print(&line.text(&out, kept, start.elapsed().as_secs_f64()))
 }
 
-/// `.cells` if the name has no ending.
+/// With `.cells` if the name has no ending.
 fn with_ending(out: &Path) -> PathBuf {
-    if out.extension().is_some() { out.to_owned() } else { out.with_extension("cells") }
+    if out.extension().is_some() || out.is_dir() { out.to_owned() } else { out.with_extension("cells") }
 }
 
 /// The first pass.
@@ -43,10 +46,10 @@ fn scan(rows: &Rows, args: &CellsArgs) -> Result<CellsHeader, Fault> {
 }
 
 /// The second pass; the rows of cells that were there already.
-fn cut(rows: &Rows, header: CellsHeader, out: &Path) -> Result<u32, Fault> {
+fn cut(rows: &Rows, header: CellsHeader, partial: &Path, out: &Path) -> Result<u32, Fault> {
     let (all, mut kept) = (header.cells()[1], 0);
     let mut cutter = Cutter::new(header);
-    let partial = Partial::begin(out, &cutter)?;
+    let partial = Partial::begin(partial, out, &cutter)?;
     let progress = Progress::new("cutting", all as u64);
     for_each(rows, &mut |row_m| {
         let Some(row) = cutter.push(row_m) else { return Ok(()) };
@@ -114,6 +117,6 @@ impl Line {
 /// Bytes of the file, and of what stays resident.
 fn sizes(out: &Path) -> (u64, u64) {
     let bytes = out.metadata().map_or(0, |file| file.len());
-    let resident = crate::cells_file::open(out).map_or(0, |(file, _)| file.resident_bytes());
+    let resident = cells_file::open(out).map_or(0, |(file, _)| file.resident_bytes());
     (bytes, resident)
 }
