@@ -83,8 +83,8 @@ mod tests {
                 continue;
             }
             oracle.set_mesh(&[triangle]);
-            let covered = oracle.deviations_m().iter().filter(|deviation_m| !deviation_m.is_nan());
-            let expected = covered.fold(0.0_f32, |a, b| a.max(*b)) as f64;
+            let covered = oracle.deviations_m().filter(|deviation_m| !deviation_m.is_nan());
+            let expected = covered.fold(0.0, f32::max) as f64;
             assert!((deviation_m(&heightmap, samples) - expected).abs() <= 1e-6 * (1.0 + expected), "{samples:?}");
         }
         assert!(flat < 200);

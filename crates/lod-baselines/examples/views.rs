@@ -85,9 +85,9 @@ fn plan_ms(method: &mut dyn LodMethod, view: &View) -> f64 {
 }
 
 fn largest_px(dem: &Heightmap, oracle: &ErrorOracle, view: &View) -> f64 {
-    let error_px = |(i, deviation_m): (usize, &f32)| {
+    let error_px = |(i, deviation_m): (usize, f32)| {
         let at = Sample { column: i as u32 % dem.columns(), row: i as u32 / dem.columns() };
-        view.pixels(*deviation_m as f64, view.eye_world.distance(dem.world(at).into()))
+        view.pixels(deviation_m as f64, view.eye_world.distance(dem.world(at).into()))
     };
-    oracle.deviations_m().iter().enumerate().map(error_px).fold(0.0, f64::max)
+    oracle.deviations_m().enumerate().map(error_px).fold(0.0, f64::max)
 }

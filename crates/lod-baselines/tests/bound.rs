@@ -8,13 +8,13 @@ use terrain_dem::synthetic;
 
 /// Over all samples, and how many triangles were drawn.
 fn largest_px(dem: &Heightmap, oracle: &ErrorOracle, view: &View) -> f64 {
-    let error_px = |(i, deviation_m): (usize, &f32)| {
+    let error_px = |(i, deviation_m): (usize, f32)| {
         assert!(!deviation_m.is_nan(), "sample {i} is not covered");
         let at = Sample { column: i as u32 % dem.columns(), row: i as u32 / dem.columns() };
         let distance_m = view.eye_world.distance(dem.world(at).into());
-        if *deviation_m == 0.0 { 0.0 } else { view.pixels(*deviation_m as f64, distance_m) }
+        if deviation_m == 0.0 { 0.0 } else { view.pixels(deviation_m as f64, distance_m) }
     };
-    oracle.deviations_m().iter().enumerate().map(error_px).fold(0.0, f64::max)
+    oracle.deviations_m().enumerate().map(error_px).fold(0.0, f64::max)
 }
 
 /// Walks over a DEM; the error must stay within the tolerance and come near it.

@@ -14,7 +14,7 @@ const ORACLE_ROUNDING: f64 = 1.000_000_1;
 fn deviations_m(dem: &Heightmap, greedy: &GreedyInsertion) -> Vec<f32> {
     let mut oracle = ErrorOracle::new(dem);
     oracle.set_mesh(&greedy.triangles());
-    let deviations_m = oracle.deviations_m().to_vec();
+    let deviations_m: Vec<f32> = oracle.deviations_m().collect();
     assert!(deviations_m.iter().all(|d| !d.is_nan()), "a sample is not covered");
     deviations_m
 }

@@ -1,6 +1,6 @@
 //! The camera at one frame, and the one place where metres become pixels.
 
-use glam::{BVec3, DMat4, DQuat, DVec3, DVec4};
+use glam::{BVec3, DMat4, DQuat, DVec2, DVec3, DVec4};
 
 /// A box along the world's axes, in metres.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -89,6 +89,25 @@ impl View {
     /// The inverse of [`View::pixels`]: the largest error in metres that stays within `error_px` at that distance.
     pub fn metres(&self, error_px: f64, distance_m: f64) -> f64 {
         error_px * distance_m / self.pixels_per_radian
+    }
+
+    /// Pixels between two points on the screen, in f64: exact where [`View::pixels`] is the usual estimate.
+    ///
+    /// Only what is in front of the near plane is on the screen. Where one point is behind it, the way counts from where
+    /// the straight line between the two crosses it; where both are, there is nothing to see and the answer is 0.
+    pub fn displacement_px(&self, a_world: DVec3, b_world: DVec3) -> f64 {
+        let [a, b] = [a_world, b_world].map(|point| self.clip_from_eye * (point - self.eye_world).extend(1.0));
+        // Reversed depth without a far plane: z is the near plane's distance for every point.
+        let (near_m, a_is_behind, b_is_behind) = (a.z, a.w < a.z, b.w < b.z);
+        if a_is_behind && b_is_behind {
+            return 0.0;
+        }
+        let crossing = |behind: DVec4, before: DVec4| behind.lerp(before, (near_m - behind.w) / (before.w - behind.w));
+        let ends = [if a_is_behind { crossing(a, b) } else { a }, if b_is_behind { crossing(b, a) } else { b }];
+        let [a, b] = ends.map(|clip| clip.truncate().truncate() / clip.w);
+        let [width, height] = self.size_px.map(f64::from);
+        // From clip space, which is 2 wide and 2 high, to pixels.
+        ((b - a) * DVec2::new(0.5 * width, 0.5 * height)).length()
     }
 
     /// Distance in metres from the eye to the nearest point of a box; 0 inside it.
@@ -287,6 +306,39 @@ mod tests {
         // fov_y of 90 degrees on 100 px: at 50 m, the half height of 50 m covers 50 px.
         assert!((v.pixels(50.0, 50.0) - 50.0).abs() < 1e-12);
         assert!((v.metres(v.pixels(3.0, 70.0), 70.0) - 3.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn displacements_of_known_points() {
+        // fov_y of 90 degrees on 200 x 100 px: at a depth of 50 m, a metre is a pixel in both directions.
+        let v = view(0.0, 0.0);
+        let px =
+            |a: [f64; 3], b: [f64; 3]| v.displacement_px(v.eye_world + DVec3::from(a), v.eye_world + DVec3::from(b));
+        let is = |found: f64, expected: f64| assert!((found - expected).abs() < 1e-9, "{found} for {expected}");
+        is(px([0.0, 0.0, -50.0], [0.0, 1.0, -50.0]), 1.0);
+        is(px([0.0, 0.0, -50.0], [1.0, 0.0, -50.0]), 1.0);
+        is(px([3.0, 0.0, -50.0], [0.0, 4.0, -50.0]), 5.0);
+        // At the rim the distance is longer than the depth, and the usual formula says less.
+        let (rim, raised) = ([100.0, 50.0, -50.0], [100.0, 51.0, -50.0]);
+        is(px(rim, raised), 1.0);
+        assert!(v.pixels(1.0, DVec3::from(rim).length()) < 0.41);
+        // Seen from above, in the middle of the picture, a vertical way is no way at all.
+        let down = view(0.0, -90.0);
+        is(down.displacement_px(down.eye_world - 50.0 * DVec3::Y, down.eye_world - 49.0 * DVec3::Y), 0.0);
+    }
+
+    #[test]
+    fn a_displacement_ends_at_the_near_plane() {
+        let v = view(0.0, 0.0);
+        let px =
+            |a: [f64; 3], b: [f64; 3]| v.displacement_px(v.eye_world + DVec3::from(a), v.eye_world + DVec3::from(b));
+        // The near plane is 1 m away, where a metre is 50 pixels; the line crosses it at a height of 2 m.
+        let (before, behind) = ([0.0, 0.0, -3.0], [0.0, 3.0, 0.0]);
+        for found in [px(before, behind), px(behind, before)] {
+            assert!((found - 100.0).abs() < 1e-9, "{found}");
+        }
+        assert_eq!(px(behind, [5.0, 0.0, 9.0]), 0.0);
+        assert!(px([0.0, 0.0, -1.0], [0.0, 1.0, -1.0]) > 49.9, "on the near plane is in front of it");
     }
 
     #[test]

@@ -109,12 +109,13 @@ fn surroundings(machine: &Machine) -> Surroundings {
     }
 }
 
-/// Writes `summary.csv`, `summary.json` and `summary.md`, and returns the last.
+/// Writes `summary.csv`, `summary.json`, `popping.csv` and `summary.md`, and returns the last.
 fn write_summary(bench: &Bench, results: &Results, flown: &[Flown]) -> Result<String, Fault> {
     let runs: Vec<(&SummaryRow, &RepeatTimes)> =
         flown.iter().flat_map(|flown| flown.rows.iter().map(|row| (row, &flown.times))).collect();
     let rows: Vec<&SummaryRow> = runs.iter().map(|(row, _)| *row).collect();
     results.write_csv("summary.csv", &rows)?;
+    results.write_csv("popping.csv", &flown.iter().flat_map(|flown| &flown.popping).collect::<Vec<_>>())?;
     // What stands in the folder knows of earlier sittings.
     let machine: Value = results.read_json("machine.json")?.unwrap_or_default();
     let aa: Vec<_> = flown.iter().filter_map(|flown| flown.aa.clone()).collect();

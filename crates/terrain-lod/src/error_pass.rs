@@ -2,6 +2,7 @@
 
 use serde::Serialize;
 use terrain_core::error::{ErrorDistribution, ErrorOracle};
+use terrain_core::popping::{Popping, TriangleSet};
 use terrain_core::watertight::{WatertightOracle, Watertightness};
 use terrain_core::{BufferSizes, FramePlan, FrameStats, Heightmap, IndexFormat, MeshMirror, View};
 
@@ -35,6 +36,19 @@ pub struct ErrorFrame {
     pub over_tolerance_share: Option<f64>,
     pub error_m_max: Option<f64>,
     pub cracks: u64,
+    /// The errors as displacements on the screen.
+    pub displacement_px_max: Option<f64>,
+    pub displacement_px_p99: Option<f64>,
+    /// From here on: what the change of the mesh since the frame before does at this frame's camera. DEM samples in view
+    /// that it has moved; without any the lengths are empty.
+    pub popping_samples: u64,
+    pub popping_px_max: Option<f64>,
+    pub popping_px_p99: Option<f64>,
+    /// The same as displacements on the screen.
+    pub popping_displacement_px_max: Option<f64>,
+    pub popping_displacement_px_p99: Option<f64>,
+    /// Triangles that the mesh before had not, where it drew the ground.
+    pub changed_triangles: u64,
 }
 
 /// The error pass of one run.
@@ -42,6 +56,8 @@ pub struct ErrorFlight {
     pub frames: Vec<ErrorFrame>,
     /// All samples of all frames, over the run's tolerances.
     pub errors: ErrorDistribution,
+    /// All changes of all frames.
+    pub popping: Popping,
     /// As of the last frame.
     pub index_bytes_reserved: u64,
 }
@@ -60,7 +76,8 @@ pub fn fly(bench: &Bench, run: &Run, progress: &Progress) -> Result<ErrorFlight,
         frames.push(judge.judge(frame, &view, &plan)?);
         progress.step();
     }
-    Ok(ErrorFlight { frames, errors: judge.flight, index_bytes_reserved: method.buffers().indices })
+    let index_bytes_reserved = method.buffers().indices;
+    Ok(ErrorFlight { frames, errors: judge.flight, popping: judge.flight_popping, index_bytes_reserved })
 }
 
 /// The mirror and the oracles of one flight: what a plan draws, measured. The live pass has its plans judged here too.
@@ -72,9 +89,23 @@ pub struct Judge<'a> {
     /// As of the last change of the mesh.
     topology: Watertightness,
     oracle: ErrorOracle<'a>,
+    triangles: TriangleSet,
     frame: ErrorDistribution,
+    frame_popping: Popping,
     /// All samples of all frames judged so far, over the run's tolerances.
     pub flight: ErrorDistribution,
+    /// All changes of all frames judged so far.
+    pub flight_popping: Popping,
+}
+
+/// What a plan has done to the mesh.
+#[derive(Clone, Copy)]
+pub enum Change {
+    Nothing,
+    /// Triangles that the mesh before had not, where it drew the ground.
+    Mesh {
+        triangles: u64,
+    },
 }
 
 impl<'a> Judge<'a> {
@@ -87,32 +118,49 @@ impl<'a> Judge<'a> {
             watertight: WatertightOracle::new(bench.dem.heightmap.columns(), bench.dem.heightmap.rows()),
             topology: Watertightness::default(),
             oracle: ErrorOracle::new(&bench.dem.heightmap),
+            triangles: TriangleSet::default(),
             frame: ErrorDistribution::new(&tolerances),
+            frame_popping: Popping::default(),
             flight: ErrorDistribution::new(&tolerances),
+            flight_popping: Popping::default(),
         }
     }
 
     /// Executes a plan, and measures what has changed in its mesh.
-    pub fn replay(&mut self, plan: &FramePlan) -> Result<(), Fault> {
-        let changed = self.mirror.replay(plan).map_err(|e| Fault::new(Cause::Failure, e))?;
-        if changed {
-            self.topology = self.watertight.check(self.mirror.triangles(), self.mirror.degenerate());
-            self.oracle.set_mesh(self.mirror.triangles());
+    pub fn replay(&mut self, plan: &FramePlan) -> Result<Change, Fault> {
+        let may_differ = self.mirror.replay(plan).map_err(|e| Fault::new(Cause::Failure, e))?;
+        if !may_differ {
+            return Ok(Change::Nothing);
         }
-        Ok(())
+        let triangles = self.mirror.triangles();
+        self.topology = self.watertight.check(triangles, self.mirror.degenerate());
+        self.oracle.set_mesh(triangles);
+        Ok(Change::Mesh { triangles: self.triangles.replace(triangles, |at| self.oracle.was_covered(at)) })
+    }
+
+    /// Measures errors and popping in a view.
+    fn measure(&mut self, view: &View, change: Change) {
+        self.frame.clear();
+        self.oracle.measure(view, &mut self.frame);
+        self.flight.merge(&self.frame);
+        self.frame_popping.clear();
+        if let Change::Mesh { .. } = change {
+            self.oracle.measure_popping(view, &mut self.frame_popping);
+            self.flight_popping.merge(&self.frame_popping);
+        }
     }
 
     /// Executes a plan, and measures all that its view shows of it.
     pub fn judge(&mut self, frame: u32, view: &View, plan: &FramePlan) -> Result<ErrorFrame, Fault> {
-        self.replay(plan)?;
-        self.frame.clear();
-        self.oracle.measure(view, &mut self.frame);
-        self.flight.merge(&self.frame);
+        let change = self.replay(plan)?;
+        self.measure(view, change);
         // Culling may only leave out what is out of view, and no sample in view may be without a triangle over it.
         let holes = self.watertight.open_edges_in_view(self.heightmap, view);
         let stats = FrameStats::of(plan);
         let measured = |value: f64| (self.frame.samples() > 0).then(|| tidy(value));
         let percentile = |share| measured(self.frame.percentile_px(share).into());
+        let (pops, popping_samples) = (&self.frame_popping, self.frame_popping.pixels().samples());
+        let popped = |value: f32| (popping_samples > 0).then(|| tidy(value.into()));
         Ok(ErrorFrame {
             frame,
             eye_x_m: tidy(view.eye_world.x),
@@ -132,6 +180,17 @@ impl<'a> Judge<'a> {
             over_tolerance_share: measured(self.frame.over_share(0)),
             error_m_max: measured(self.frame.max_m().into()),
             cracks: self.topology.cracks() + holes + self.frame.uncovered(),
+            displacement_px_max: measured(self.frame.displacements().max_px().into()),
+            displacement_px_p99: measured(self.frame.displacements().percentile_px(0.99).into()),
+            popping_samples,
+            popping_px_max: popped(pops.pixels().max_px()),
+            popping_px_p99: popped(pops.pixels().percentile_px(0.99)),
+            popping_displacement_px_max: popped(pops.displacements().max_px()),
+            popping_displacement_px_p99: popped(pops.displacements().percentile_px(0.99)),
+            changed_triangles: match change {
+                Change::Nothing => 0,
+                Change::Mesh { triangles } => triangles,
+            },
         })
     }
 }

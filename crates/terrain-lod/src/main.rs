@@ -29,6 +29,7 @@ mod output;
 mod parts;
 mod passes;
 mod pivot;
+mod popping_bins;
 mod progress;
 mod repeats;
 mod results;

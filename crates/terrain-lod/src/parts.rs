@@ -10,15 +10,17 @@ use crate::error_pass::ErrorFrame;
 use crate::fault::{Cause, Fault};
 use crate::live_pass::LiveFrame;
 use crate::methods::Run;
+use crate::popping_bins::PoppingBin;
 use crate::results::Results;
 use crate::speed_pass::{Copy, Lane, SpeedFrame};
 use crate::suite::Bench;
 use crate::summary::SummaryRow;
 
-/// What the error pass, or the live pass, found for a run: its rows so far.
+/// What the error pass, or the live pass, found for a run: its rows so far, and the former's popping.
 #[derive(Serialize, Deserialize)]
 pub struct Part {
     pub rows: Vec<SummaryRow>,
+    pub popping: Vec<PoppingBin>,
 }
 
 /// What the error pass found for a run; `None` where it has not flown.

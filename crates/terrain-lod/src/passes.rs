@@ -12,6 +12,7 @@ use crate::frame_times::RepeatTimes;
 use crate::live_pass;
 use crate::methods::Run;
 use crate::parts::{self, Part};
+use crate::popping_bins::{self, PoppingBin};
 use crate::progress::Progress;
 use crate::repeats;
 use crate::results::Results;
@@ -23,6 +24,8 @@ use crate::summary::{self, SummaryRow, Surroundings};
 /// What became of one run.
 pub struct Flown {
     pub rows: Vec<SummaryRow>,
+    /// What the error pass found beside them.
+    pub popping: Vec<PoppingBin>,
     /// Of each repeat of the speed pass.
     pub times: RepeatTimes,
     /// Its two sets of flights, where there are two.
@@ -33,7 +36,11 @@ pub struct Flown {
 
 impl Flown {
     fn of(rows: Vec<SummaryRow>) -> Self {
-        Self { rows, times: RepeatTimes::default(), aa: None, fault: None }
+        Self { rows, popping: Vec::new(), times: RepeatTimes::default(), aa: None, fault: None }
+    }
+
+    fn part(&self) -> Part {
+        Part { rows: self.rows.clone(), popping: self.popping.clone() }
     }
 
     /// The first failure counts, and stands in every row of the run.
@@ -86,7 +93,7 @@ fn fly_errors(bench: &Bench, results: &Results, surroundings: &Surroundings) -> 
     let to_fly = found.iter().filter(|part| part.is_none()).count();
     let progress = Progress::new("errors", to_fly as u64 * bench.path.len() as u64);
     let fly = |(run, part): (&Run, Option<Part>)| match part {
-        Some(part) => Ok(Flown::of(part.rows)),
+        Some(Part { rows, popping }) => Ok(Flown { popping, ..Flown::of(rows) }),
         None => fly_errors_of(bench, run, results, surroundings, &progress),
     };
     bench.runs.par_iter().zip(found).map(fly).collect()
@@ -103,7 +110,8 @@ fn fly_errors_of(
     match attempt(|| error_pass::fly(bench, run, progress))? {
         Ok(flight) => {
             flown.fill(|row, i| summary::fill_errors(row, &flight, i));
-            parts::keep_errors(results, run, &flight.frames, &Part { rows: flown.rows.clone() })?;
+            flown.popping = popping_bins::bins(run, &flight.popping);
+            parts::keep_errors(results, run, &flight.frames, &flown.part())?;
         }
         Err(fault) => flown.fail("error pass", fault),
     }
@@ -131,7 +139,7 @@ fn fly_live(bench: &Bench, results: &Results, flown: &mut [Flown]) -> Result<(),
             Err(fault) => flown.fail("live pass", fault),
         }
         if flown.fault.is_none() {
-            parts::finish_live(results, run, &Part { rows: flown.rows.clone() })?;
+            parts::finish_live(results, run, &flown.part())?;
         }
     }
     Ok(())

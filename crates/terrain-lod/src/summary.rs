@@ -1,6 +1,7 @@
 //! The summary: a row for each run and tolerance.
 
 use serde::{Deserialize, Serialize};
+use terrain_core::popping::Popping;
 
 use crate::error_pass::{ErrorFlight, ErrorFrame};
 use crate::frame_times::{RepeatTimes, percentile, sorted};
@@ -64,6 +65,17 @@ pub struct SummaryRow {
     pub frames_without_samples: Option<u64>,
     pub first_upload_bytes: Option<u64>,
     pub updated_patches_mean: Option<f64>,
+    /// The errors as displacements on the screen.
+    pub displacement_px_max: Option<f64>,
+    pub displacement_px_p99: Option<f64>,
+    /// From here to `changed_triangles_mean`: what changes of the mesh alone do. Samples in view that they move, a frame,
+    /// and over all moved samples of the flight how far, by the usual formula and on the screen.
+    pub popping_samples_mean: Option<f64>,
+    pub popping_px_max: Option<f64>,
+    pub popping_px_p99: Option<f64>,
+    pub popping_displacement_px_max: Option<f64>,
+    pub popping_displacement_px_p99: Option<f64>,
+    pub changed_triangles_mean: Option<f64>,
     /// From here to `late_frames`: the live pass, over all frames of all its flights. Frames a second that it is paced at.
     pub live_fps: Option<f64>,
     /// Share of the frames that draw a stale patch, and how many of them.
@@ -150,7 +162,7 @@ fn identity(bench: &Bench, run: &Run, surroundings: &Surroundings, tolerance_px:
 
 /// What the error pass found, over the run's `tolerance`-th tolerance.
 pub fn fill_errors(row: &mut SummaryRow, flight: &ErrorFlight, tolerance: usize) {
-    let ErrorFlight { frames, errors, index_bytes_reserved } = flight;
+    let ErrorFlight { frames, errors, popping, index_bytes_reserved } = flight;
     let later = frames.get(1..).unwrap_or_default();
     row.triangles_mean = mean(frames, |f| f.triangles);
     row.triangles_max = frames.iter().map(|f| f.triangles).max();
@@ -171,6 +183,20 @@ pub fn fill_errors(row: &mut SummaryRow, flight: &ErrorFlight, tolerance: usize)
     row.over_tolerance_share = measured(errors.over_share(tolerance));
     row.error_m_max = measured(errors.max_m().into());
     row.cracks = Some(frames.iter().map(|f| f.cracks).sum());
+    row.displacement_px_max = measured(errors.displacements().max_px().into());
+    row.displacement_px_p99 = measured(errors.displacements().percentile_px(0.99).into());
+    fill_popping(row, popping);
+    row.popping_samples_mean = mean(later, |f| f.popping_samples);
+    row.changed_triangles_mean = mean(later, |f| f.changed_triangles);
+}
+
+/// A mesh that never changes moves nothing: 0, where a frame's columns are empty.
+fn fill_popping(row: &mut SummaryRow, popping: &Popping) {
+    let (pixels, displacements) = (popping.pixels(), popping.displacements());
+    row.popping_px_max = Some(tidy(pixels.max_px().into()));
+    row.popping_px_p99 = Some(tidy(pixels.percentile_px(0.99).into()));
+    row.popping_displacement_px_max = Some(tidy(displacements.max_px().into()));
+    row.popping_displacement_px_p99 = Some(tidy(displacements.percentile_px(0.99).into()));
 }
 
 /// What the live pass found, over the run's `tolerance`-th tolerance.

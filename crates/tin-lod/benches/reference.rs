@@ -119,7 +119,7 @@ impl Measured {
     fn of(whole: &WholeDem, mesh: &Mesh) -> Self {
         let mut oracle = ErrorOracle::new(&whole.dem);
         oracle.set_mesh(&whole.triangles(mesh));
-        let deviations_m = || oracle.deviations_m().iter().map(|d| *d as f64);
+        let deviations_m = || oracle.deviations_m().map(f64::from);
         assert!(deviations_m().all(|d| !d.is_nan()), "a sample is not covered");
         let squares: f64 = deviations_m().map(|d| d * d).sum();
         let rms_m = (squares / whole.dem.heights_m().len() as f64).sqrt();

@@ -11,13 +11,13 @@ use terrain_dem::ReadOptions;
 /// The largest error of all samples in pixels.
 fn largest_error_px(heightmap: &Heightmap, oracle: &ErrorOracle, view: &View) -> f64 {
     let mut largest = 0.0_f64;
-    for (i, deviation_m) in oracle.deviations_m().iter().enumerate() {
+    for (i, deviation_m) in oracle.deviations_m().enumerate() {
         let [column, row] = [i as u32 % heightmap.columns(), i as u32 / heightmap.columns()];
         let [x, y, z] = heightmap.world(Sample { column, row });
         let distance_m = view.eye_world.distance([x, y, z].into());
         assert!(!deviation_m.is_nan(), "nothing covers column {column}, row {row}");
-        if *deviation_m > 0.0 {
-            largest = largest.max(view.pixels(*deviation_m as f64, distance_m));
+        if deviation_m > 0.0 {
+            largest = largest.max(view.pixels(deviation_m as f64, distance_m));
         }
     }
     largest

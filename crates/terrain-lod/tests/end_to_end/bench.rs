@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use crate::program::{Row, bench, shared_dem, terrain_lod};
+use crate::program::{Row, bench, read_rows, shared_dem, terrain_lod};
 
 const METHODS: [&str; 5] = ["tin", "tin", "htp", "htp-instanced", "full-grid"];
 const FLIGHTS: [&str; 4] = ["ground-level", "fly-over", "turn", "stop-and-go"];
@@ -91,7 +91,7 @@ fn jitter_and_smoothing_are_settings_and_open_no_crack() {
 }
 
 /// What must not depend on time, threads or luck.
-const REPRODUCIBLE: [&str; 22] = [
+const REPRODUCIBLE: [&str; 30] = [
     "method",
     "setting",
     "dem",
@@ -114,6 +114,14 @@ const REPRODUCIBLE: [&str; 22] = [
     "over_tolerance_share",
     "error_m_max",
     "cracks",
+    "displacement_px_max",
+    "displacement_px_p99",
+    "popping_samples_mean",
+    "popping_px_max",
+    "popping_px_p99",
+    "popping_displacement_px_max",
+    "popping_displacement_px_p99",
+    "changed_triangles_mean",
 ];
 
 fn project(rows: &[Row], columns: &[&str]) -> String {
@@ -130,6 +138,31 @@ fn counts_and_errors_are_equal_between_runs_and_thread_counts() {
     assert!(flown.iter().all(|other| *other == flown[0]), "{flown:#?}");
 }
 
+#[test]
+fn popping_is_counted_in_bins_by_the_frames_and_by_the_flight() {
+    let place = tempfile::tempdir().unwrap();
+    let flown = ["--methods", "htp,full-grid", "--frames", "20", "--repeats", "1", "--out", "results"];
+    let output = terrain_lod(place.path(), &[&["bench", "--no-gpu"], &flown[..]].concat());
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let rows = |name: &str| read_rows(&place.path().join("results").join(name));
+    let number = |row: &Row, column: &str| row[column].parse::<f64>().unwrap();
+    let sum = |rows: &[Row], column: &str| rows.iter().map(|row| number(row, column)).sum::<f64>();
+
+    let (bins, summary) = (rows("popping.csv"), rows("summary.csv"));
+    let (htp, full_grid) = bins.split_at(11);
+    let frames = rows("frames/htp-distance-leg8px-k3-l3-per-patch-error.csv");
+    assert_eq!(sum(htp, "popping_samples"), sum(&frames, "popping_samples"));
+    assert_eq!(sum(htp, "displaced_samples"), sum(&frames, "popping_samples"));
+    assert_eq!((number(&frames[0], "popping_samples"), number(&frames[0], "changed_triangles")), (0.0, 0.0));
+    assert!(sum(&frames, "changed_triangles") > 100.0);
+
+    let popping_px_max = number(&summary[0], "popping_px_max");
+    let last = htp.iter().rposition(|bin| bin["popping_samples"] != "0").expect("it pops");
+    assert!((number(&htp[last], "from_px")..number(&htp[last], "to_px")).contains(&popping_px_max), "{popping_px_max}");
+    assert_eq!((sum(full_grid, "popping_samples"), summary[1]["popping_px_max"].as_str()), (0.0, "0.0"));
+    assert_eq!(full_grid[10]["to_px"], "", "the last bin has no end");
+}
+
 /// Triangles, draws and errors on the built-in DEM, by method and tolerance. A change that moves them says so in its
 /// commit, and renews the file: `TERRAIN_LOD_BLESS=1 cargo test -p terrain-lod --test end_to_end`.
 #[test]
@@ -144,6 +177,12 @@ fn golden_rows() {
         "error_px_max",
         "error_px_rms",
         "error_m_max",
+        "displacement_px_max",
+        "popping_samples_mean",
+        "popping_px_max",
+        "popping_px_p99",
+        "popping_displacement_px_max",
+        "changed_triangles_mean",
     ];
     let found = project(&bench(&["--frames", "40", "--tolerance", "0.5,1,2", "--leg-px", "8,30"]), &columns);
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/golden/jacksboro.csv");

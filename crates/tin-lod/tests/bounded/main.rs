@@ -204,7 +204,7 @@ fn a_mesh_at_one_tolerance_covers_the_dem_and_keeps_the_tolerance() {
             assert!(WatertightOracle::new(columns, rows).check(&triangles, &[]).covers(columns, rows));
             let mut oracle = ErrorOracle::new(&dem);
             oracle.set_mesh(&triangles);
-            let worst_m = oracle.deviations_m().iter().fold(0.0, |worst: f32, deviation| worst.max(*deviation));
+            let worst_m = oracle.deviations_m().fold(0.0, f32::max);
             assert!(f64::from(worst_m) <= tolerance_m * ORACLE_ROUNDING, "{worst_m} for {tolerance_m} m");
         }
     }

@@ -119,7 +119,7 @@ impl WholeDem {
             for row in area.first.row..=area.last().row {
                 for column in area.first.column..=area.last().column {
                     let at = Sample { column, row };
-                    let deviation_m = oracle.deviations_m()[self.dem.index(at) as usize] as f64;
+                    let deviation_m = oracle.deviation_m(at) as f64;
                     assert!(!deviation_m.is_nan(), "{at:?} is not covered");
                     if deviation_m > 0.0 {
                         let level = levels.at(area, column - area.first.column, row - area.first.row);
