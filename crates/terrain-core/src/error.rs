@@ -9,7 +9,7 @@ use glam::DVec3;
 
 use crate::histogram::PixelHistogram;
 use crate::popping::Popping;
-use crate::{Heightmap, Sample, Triangle, View};
+use crate::{Aabb, Heightmap, Sample, Triangle, View};
 
 /// Measures meshes over one DEM; keeps its memory from frame to frame.
 pub struct ErrorOracle<'a> {
@@ -19,13 +19,18 @@ pub struct ErrorOracle<'a> {
     signed_m: Vec<f32>,
     /// The same of the mesh before.
     signed_before_m: Vec<f32>,
+    /// Runs of samples of one row, in the order of the samples: where they are in the world.
+    runs: Vec<Aabb>,
 }
+
+/// Samples of a run: what is out of view is passed over in such steps.
+const RUN: u32 = 32;
 
 impl<'a> ErrorOracle<'a> {
     /// Starts without a mesh: all samples are uncovered.
     pub fn new(heightmap: &'a Heightmap) -> Self {
         let uncovered = vec![f32::NAN; heightmap.heights_m().len()];
-        Self { heightmap, signed_before_m: uncovered.clone(), signed_m: uncovered }
+        Self { heightmap, signed_before_m: uncovered.clone(), signed_m: uncovered, runs: runs(heightmap).collect() }
     }
 
     /// Takes a mesh: interpolates each triangle at each sample that it covers.
@@ -54,45 +59,55 @@ impl<'a> ErrorOracle<'a> {
 
     /// Adds the errors of all samples inside the view's frustum to `errors`.
     pub fn measure(&self, view: &View, errors: &mut ErrorDistribution) {
-        for (sample, signed_m) in self.samples().zip(&self.signed_m) {
-            let world = DVec3::from(self.heightmap.world(sample));
-            if !view.sees_point(world) {
-                continue;
-            }
+        self.for_each_in_view(view, |index, world| {
+            let signed_m = self.signed_m[index];
             if signed_m.is_nan() {
                 errors.uncovered += 1;
-            } else if *signed_m == 0.0 {
+            } else if signed_m == 0.0 {
                 errors.add(0.0, 0.0, 0.0);
             } else {
                 let deviation_m = signed_m.abs();
                 let error_px = view.pixels(deviation_m as f64, world.distance(view.eye_world));
-                let displacement_px = view.displacement_px(world, raised(world, *signed_m));
+                let displacement_px = view.displacement_px(world, signed_m as f64);
                 errors.add(deviation_m, error_px as f32, displacement_px as f32);
             }
-        }
+        });
     }
 
     /// Adds to `popping` what the last [`Self::set_mesh`] has changed at the samples inside the view's frustum, both
     /// meshes seen in this view. A sample that one of them does not cover does not count.
     pub fn measure_popping(&self, view: &View, popping: &mut Popping) {
-        for (sample, (now_m, before_m)) in self.samples().zip(self.signed_m.iter().zip(&self.signed_before_m)) {
+        self.for_each_in_view(view, |index, world| {
+            let (now_m, before_m) = (self.signed_m[index], self.signed_before_m[index]);
             let change_m = (now_m - before_m).abs();
-            // Of NaN neither is true.
+            // Of NaN that is not true.
             if change_m > 0.0 {
+                let px = view.pixels(change_m as f64, world.distance(view.eye_world));
+                let point_before = DVec3 { y: world.y + before_m as f64, ..world };
+                let displacement_px = view.displacement_px(point_before, (now_m - before_m) as f64);
+                popping.add(px as f32, displacement_px as f32);
+            }
+        });
+    }
+
+    /// Calls `visit` with the index and the position of every sample inside the view's frustum, row by row.
+    fn for_each_in_view(&self, view: &View, mut visit: impl FnMut(usize, DVec3)) {
+        let columns = self.heightmap.columns();
+        let starts =
+            (0..self.heightmap.rows()).flat_map(|row| (0..columns).step_by(RUN as usize).map(move |c| (c, row)));
+        for ((first, row), bounds) in starts.zip(&self.runs) {
+            if !view.sees(bounds) {
+                continue;
+            }
+            let all_seen = view.sees_whole(bounds);
+            for column in first..columns.min(first + RUN) {
+                let sample = Sample { column, row };
                 let world = DVec3::from(self.heightmap.world(sample));
-                if view.sees_point(world) {
-                    let px = view.pixels(change_m as f64, world.distance(view.eye_world));
-                    let displacement_px = view.displacement_px(raised(world, *before_m), raised(world, *now_m));
-                    popping.add(px as f32, displacement_px as f32);
+                if all_seen || view.sees_point(world) {
+                    visit(self.heightmap.index(sample) as usize, world);
                 }
             }
         }
-    }
-
-    /// Row by row.
-    fn samples(&self) -> impl Iterator<Item = Sample> + use<> {
-        let (columns, rows) = (self.heightmap.columns(), self.heightmap.rows());
-        (0..rows).flat_map(move |row| (0..columns).map(move |column| Sample { column, row }))
     }
 
     /// Writes the deviations of the samples inside one triangle or on its border. Barycentric weights are exact
@@ -105,9 +120,11 @@ impl<'a> ErrorOracle<'a> {
         let low = [0, 1].map(|i| a[i].min(b[i]).min(c[i]));
         let high = [0, 1].map(|i| a[i].max(b[i]).max(c[i]));
         for row in low[1]..=high[1] {
+            let p = [low[0] - 1, row];
+            let mut weights = [doubled_area_of(b, c, p), doubled_area_of(c, a, p), doubled_area_of(a, b, p)];
             for column in low[0]..=high[0] {
-                let p = [column, row];
-                let weights = [doubled_area_of(b, c, p), doubled_area_of(c, a, p), doubled_area_of(a, b, p)];
+                // By a column to the east, a weight changes by the rows of the side opposite its corner.
+                weights = [weights[0] + c[1] - b[1], weights[1] + a[1] - c[1], weights[2] + b[1] - a[1]];
                 if weights.iter().any(|w| w * orientation < 0) {
                     continue;
                 }
@@ -120,8 +137,14 @@ impl<'a> ErrorOracle<'a> {
     }
 }
 
-fn raised(world: DVec3, by_m: f32) -> DVec3 {
-    DVec3 { y: world.y + by_m as f64, ..world }
+/// The boxes of all runs.
+fn runs(heightmap: &Heightmap) -> impl Iterator<Item = Aabb> {
+    (0..heightmap.rows()).flat_map(move |row| {
+        (0..heightmap.columns()).step_by(RUN as usize).map(move |column| {
+            let (first, last) = (Sample { column, row }, Sample { column: column + RUN - 1, row });
+            heightmap.bounds_world(first, last)
+        })
+    })
 }
 
 /// As [`Triangle::doubled_area`].

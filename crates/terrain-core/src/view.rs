@@ -1,6 +1,6 @@
 //! The camera at one frame, and the one place where metres become pixels.
 
-use glam::{BVec3, DMat4, DQuat, DVec2, DVec3, DVec4};
+use glam::{BVec3, DMat4, DQuat, DVec3, DVec4};
 
 /// A box along the world's axes, in metres.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -91,23 +91,30 @@ impl View {
         error_px * distance_m / self.pixels_per_radian
     }
 
-    /// Pixels between two points on the screen, in f64: exact where [`View::pixels`] is the usual estimate.
+    /// Pixels on the screen between a point and the one `up_m` metres above it: exact where [`View::pixels`] is the usual
+    /// estimate.
     ///
-    /// Only what is in front of the near plane is on the screen. Where one point is behind it, the way counts from where
-    /// the straight line between the two crosses it; where both are, there is nothing to see and the answer is 0.
-    pub fn displacement_px(&self, a_world: DVec3, b_world: DVec3) -> f64 {
-        let [a, b] = [a_world, b_world].map(|point| self.clip_from_eye * (point - self.eye_world).extend(1.0));
-        // Reversed depth without a far plane: z is the near plane's distance for every point.
-        let (near_m, a_is_behind, b_is_behind) = (a.z, a.w < a.z, b.w < b.z);
-        if a_is_behind && b_is_behind {
-            return 0.0;
+    /// Only what is in front of the near plane is on the screen. Where one of the points is behind it, the way counts
+    /// from where the vertical between them crosses it; where both are, there is nothing to see and the answer is 0.
+    pub fn displacement_px(&self, point_world: DVec3, up_m: f64) -> f64 {
+        let near_m = self.clip_from_eye.w_axis.z; // reversed depth: z of every point in clip space
+        let mut from = self.clip_from_eye * (point_world - self.eye_world).extend(1.0);
+        let mut way = up_m * self.clip_from_eye.y_axis;
+        let share_to_near = |from: DVec4| (near_m - from.w) / way.w;
+        match (from.w < near_m, from.w + way.w < near_m) {
+            (false, false) => {}
+            (true, true) => return 0.0,
+            (false, true) => way *= share_to_near(from),
+            (true, false) => {
+                let share = share_to_near(from);
+                (from, way) = (from + share * way, (1.0 - share) * way);
+            }
         }
-        let crossing = |behind: DVec4, before: DVec4| behind.lerp(before, (near_m - behind.w) / (before.w - behind.w));
-        let ends = [if a_is_behind { crossing(a, b) } else { a }, if b_is_behind { crossing(b, a) } else { b }];
-        let [a, b] = ends.map(|clip| clip.truncate().truncate() / clip.w);
+        // (from + way) / w - from / w, without the difference of two nearly equal numbers.
+        let over = 1.0 / (from.w * (from.w + way.w));
+        let [x, y] = [way.x * from.w - from.x * way.w, way.y * from.w - from.y * way.w].map(|clip| clip * over);
         let [width, height] = self.size_px.map(f64::from);
-        // From clip space, which is 2 wide and 2 high, to pixels.
-        ((b - a) * DVec2::new(0.5 * width, 0.5 * height)).length()
+        0.5 * ((x * width).powi(2) + (y * height).powi(2)).sqrt()
     }
 
     /// Distance in metres from the eye to the nearest point of a box; 0 inside it.
@@ -310,35 +317,49 @@ mod tests {
 
     #[test]
     fn displacements_of_known_points() {
-        // fov_y of 90 degrees on 200 x 100 px: at a depth of 50 m, a metre is a pixel in both directions.
+        // fov_y of 90 degrees on 200 x 100 px: at a depth of 50 m, a metre is a pixel.
         let v = view(0.0, 0.0);
-        let px =
-            |a: [f64; 3], b: [f64; 3]| v.displacement_px(v.eye_world + DVec3::from(a), v.eye_world + DVec3::from(b));
+        let px = |v: &View, offset: [f64; 3], up_m: f64| v.displacement_px(v.eye_world + DVec3::from(offset), up_m);
         let is = |found: f64, expected: f64| assert!((found - expected).abs() < 1e-9, "{found} for {expected}");
-        is(px([0.0, 0.0, -50.0], [0.0, 1.0, -50.0]), 1.0);
-        is(px([0.0, 0.0, -50.0], [1.0, 0.0, -50.0]), 1.0);
-        is(px([3.0, 0.0, -50.0], [0.0, 4.0, -50.0]), 5.0);
+        is(px(&v, [0.0, 0.0, -50.0], 1.0), 1.0);
+        is(px(&v, [0.0, 0.0, -50.0], -4.0), 4.0);
+        is(px(&v, [0.0, 7.0, -25.0], 0.0), 0.0);
         // At the rim the distance is longer than the depth, and the usual formula says less.
-        let (rim, raised) = ([100.0, 50.0, -50.0], [100.0, 51.0, -50.0]);
-        is(px(rim, raised), 1.0);
+        let rim = [100.0, 50.0, -50.0];
+        is(px(&v, rim, 1.0), 1.0);
         assert!(v.pixels(1.0, DVec3::from(rim).length()) < 0.41);
-        // Seen from above, in the middle of the picture, a vertical way is no way at all.
+        // Seen from above, a vertical way leads away from the middle of the picture, where it is no way at all.
         let down = view(0.0, -90.0);
-        is(down.displacement_px(down.eye_world - 50.0 * DVec3::Y, down.eye_world - 49.0 * DVec3::Y), 0.0);
+        is(px(&down, [0.0, -50.0, 0.0], 1.0), 0.0);
+        is(px(&down, [20.0, -50.0, 0.0], 10.0), 50.0 * (20.0 / 40.0 - 20.0 / 50.0));
+    }
+
+    #[test]
+    fn a_displacement_is_that_of_the_projected_points() {
+        let mut random = crate::SplitMix64::new(3);
+        for _ in 0..1_000 {
+            let v = view(random.range(0.0, 360.0), random.range(-90.0, 90.0));
+            let forward = v.clip_from_eye.transpose().w_axis.truncate();
+            let offset = 60.0 * forward + DVec3::from([(); 3].map(|_| random.range(-30.0, 30.0)));
+            let up_m = random.range(-5.0, 5.0);
+            let [a, b] = [offset, offset + up_m * DVec3::Y].map(|at| ndc(&v, at.into()) * DVec3::new(100.0, 50.0, 0.0));
+            let found = v.displacement_px(v.eye_world + offset, up_m);
+            assert!((found - a.distance(b)).abs() < 1e-9, "{found} for {}", a.distance(b));
+        }
     }
 
     #[test]
     fn a_displacement_ends_at_the_near_plane() {
-        let v = view(0.0, 0.0);
-        let px =
-            |a: [f64; 3], b: [f64; 3]| v.displacement_px(v.eye_world + DVec3::from(a), v.eye_world + DVec3::from(b));
-        // The near plane is 1 m away, where a metre is 50 pixels; the line crosses it at a height of 2 m.
-        let (before, behind) = ([0.0, 0.0, -3.0], [0.0, 3.0, 0.0]);
-        for found in [px(before, behind), px(behind, before)] {
-            assert!((found - 100.0).abs() < 1e-9, "{found}");
-        }
-        assert_eq!(px(behind, [5.0, 0.0, 9.0]), 0.0);
-        assert!(px([0.0, 0.0, -1.0], [0.0, 1.0, -1.0]) > 49.9, "on the near plane is in front of it");
+        // Looking down at 45 degrees, the near plane is 1 m away, where a metre is 50 pixels.
+        let v = view(0.0, -45.0);
+        let px = |offset: [f64; 3], up_m: f64| v.displacement_px(v.eye_world + DVec3::from(offset), up_m);
+        // 2 m to the north, the near plane is at a height of 2 - sqrt(2) m.
+        let (low_m, plane_m) = (-2.0, 2.0 - 2.0_f64.sqrt());
+        let expected = px([0.0, low_m, -2.0], plane_m - low_m);
+        assert!(expected > 10.0);
+        assert!((px([0.0, low_m, -2.0], 100.0) - expected).abs() < 1e-9, "from the front to behind");
+        assert!((px([0.0, low_m + 100.0, -2.0], -100.0) - expected).abs() < 1e-9, "from behind to the front");
+        assert_eq!(px([0.0, 3.0, -2.0], 1.0), 0.0, "both behind");
     }
 
     #[test]

@@ -46,8 +46,8 @@ pub fn brute_force_m(dem: &Heightmap, mesh: &[Triangle], at: Sample) -> Option<f
 /// From above the DEM's middle, nearly straight down.
 pub fn view(seed: u64) -> View {
     let mut random = SplitMix64::new(seed);
-    let eye_world = DVec3::new(random.range(20.0, 60.0), random.range(150.0, 300.0), random.range(20.0, 60.0));
-    let camera = Camera { eye_world, heading: random.range(-3.0, 3.0), pitch: random.range(-1.5, -1.1) };
+    let eye_world = DVec3::new(random.range(30.0, 50.0), random.range(150.0, 300.0), random.range(26.0, 46.0));
+    let camera = Camera { eye_world, heading: random.range(-3.0, 3.0), pitch: random.range(-1.5, -1.4) };
     View::new(&camera, &Lens { fov_y: 0.2, size_px: [300, 200], near_m: 1.0 }).unwrap()
 }
 
