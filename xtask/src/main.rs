@@ -26,6 +26,7 @@ struct Forwarded {
 const FORWARDED: [Forwarded; 5] = [
     Forwarded { name: "bench", summary: "fly a DEM with every method, print the comparison", draws: true },
     Forwarded { name: "cmp", summary: "compare two result folders: what is better, worse or the same", draws: false },
+    Forwarded { name: "report", summary: "make one HTML file of a result folder", draws: false },
     Forwarded { name: "mesh", summary: "write the mesh of one frame as PLY", draws: false },
     Forwarded {
         name: "dem",

@@ -33,6 +33,7 @@ Examples:
   cargo xtask bench -m tin,htp -f 'tolerance 1 px' --until-ci 2% --aa
   cargo xtask bench --resume bench-results/2026-01-31T12-59-59Z-quick
   cargo xtask cmp results/before results/after --fail-on 5%
+  cargo xtask report bench-results/2026-01-31T12-59-59Z-quick --svg figures
   cargo xtask dem info N44W122.hgt
   cargo xtask dem cells my.tif my.cells --k 3 --layers 5
   cargo xtask mesh --dem my.png --spacing 30 --method tin --tolerance 1 --flight turn --frame 40 --out mesh.ply
@@ -50,6 +51,9 @@ pub enum Command {
     /// Compare two result folders: counters exactly, times beyond noise
     #[command(after_help = EXAMPLES)]
     Cmp(CmpArgs),
+    /// Make one HTML file of a result folder, which opens offline
+    #[command(after_help = EXAMPLES)]
+    Report(ReportArgs),
     /// Look at elevation files, cut them into cells, make them
     Dem(DemToolArgs),
     /// List the graphics adapters, * marks the one that is taken; exit code 5 where none would be
@@ -275,6 +279,22 @@ impl BenchArgs {
         let (colour, normals) = (self.colour.map(Colour::from), self.normals.map(Normals::from));
         Look { colour: colour.unwrap_or_default(), normals: normals.unwrap_or_default(), ..Default::default() }
     }
+}
+
+#[derive(Debug, Args)]
+pub struct ReportArgs {
+    /// A folder that bench has written
+    #[arg(value_name = "DIR")]
+    pub folder: PathBuf,
+    /// The HTML file [default: DIR/report.html]
+    #[arg(long, value_name = "FILE")]
+    pub out: Option<PathBuf>,
+    /// Write each chart as an SVG file too, into this folder
+    #[arg(long, value_name = "DIR")]
+    pub svg: Option<PathBuf>,
+    /// Leave out the pictures, which are most of the file
+    #[arg(long)]
+    pub no_pictures: bool,
 }
 
 #[derive(Debug, Args)]

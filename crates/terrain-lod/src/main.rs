@@ -32,6 +32,7 @@ mod pivot;
 mod popping_bins;
 mod progress;
 mod repeats;
+mod report;
 mod results;
 mod shots;
 mod speed_pass;
@@ -60,6 +61,7 @@ fn main() -> ExitCode {
         Command::Bench(args) => bench::run(args),
         Command::Mesh(args) => mesh::run(args),
         Command::Cmp(args) => cmp::run(args),
+        Command::Report(args) => report::run(args),
         Command::Dem(args) => dem::run(args),
         Command::Adapters(args) => list_adapters(args),
     };
@@ -79,7 +81,7 @@ fn refuse(error: &clap::Error) -> ExitCode {
         return ExitCode::SUCCESS;
     }
     if error.kind() == ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand {
-        eprintln!("error: no command; expected bench, cmp, mesh, adapters or dem; --help has examples");
+        eprintln!("error: no command; expected bench, report, cmp, mesh, adapters or dem; --help has examples");
         return ExitCode::from(Cause::Usage as u8);
     }
     let text = error.to_string();

@@ -113,7 +113,7 @@ fn a_suite_keeps_the_ranges_of_the_flags() {
 #[test]
 fn a_call_without_a_command_says_what_there_is() {
     let place = wrong_files();
-    let expected = "error: no command; expected bench, cmp, mesh, adapters or dem; --help has examples";
+    let expected = "error: no command; expected bench, report, cmp, mesh, adapters or dem; --help has examples";
     assert_eq!(refuse(place.path(), &[]), (2, expected.to_string()));
 }
 

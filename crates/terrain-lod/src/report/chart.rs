@@ -1,0 +1,213 @@
+//! A chart as SVG: title, axes, grid, and whatever marks it is given. Colours come from `chart.css`, which the page and the
+//! charts in files of their own share.
+//!
+//! ```text
+//!  title
+//!  y label
+//!  |                        Y_ENDS[1]
+//!  |          marks
+//!  +---------------------   Y_ENDS[0]
+//!  X_ENDS[0]      X_ENDS[1]
+//!                 x label
+//! ```
+
+use std::fmt::Write;
+
+use crate::report::axis::Axis;
+use crate::report::html::escape;
+use crate::report::runs::Run;
+
+pub const CHART_CSS: &str = include_str!("chart.css");
+
+/// In units of the view box, which the page scales.
+const WIDTH: f64 = 600.0;
+const HEIGHT: f64 = 330.0;
+/// Coordinates of the ends of the axes.
+pub const X_ENDS: [f64; 2] = [60.0, 580.0];
+pub const Y_ENDS: [f64; 2] = [284.0, 50.0];
+/// Of a line of a legend.
+const KEY_HEIGHT: f64 = 18.0;
+
+/// Colours and dashes in `chart.css`, and markers here. No two of the counts have a divisor in common, so 30 runs differ in
+/// colour or dashes, and 210 in one of the three.
+const COLOURS: usize = 6;
+const DASHES: usize = 5;
+/// Shapes around the origin: circle, square, triangle, diamond, triangle, plus, cross.
+const MARKERS: [&str; 7] = [
+    "M-4.2 0A4.2 4.2 0 1 0 4.2 0A4.2 4.2 0 1 0-4.2 0Z",
+    "M-3.8-3.8H3.8V3.8H-3.8Z",
+    "M0-5L4.8 3.6H-4.8Z",
+    "M0-5.4L5.4 0L0 5.4L-5.4 0Z",
+    "M0 5L4.8-3.6H-4.8Z",
+    "M-1.6-5H1.6V-1.6H5V1.6H1.6V5H-1.6V1.6H-5V-1.6H-1.6Z",
+    "M0-2.3L2.9-5.2L5.2-2.9L2.3 0L5.2 2.9L2.9 5.2L0 2.3L-2.9 5.2L-5.2 2.9L-2.3 0L-5.2-2.9L-2.9-5.2Z",
+];
+
+/// The classes of a run's marks: what it is hidden by, colour, dashes.
+pub fn classes(run: usize) -> String {
+    format!("r{run} c{} d{}", run % COLOURS, run % DASHES)
+}
+
+/// A run's marker at a place.
+pub fn marker(run: usize, [x, y]: [f64; 2]) -> String {
+    format!("<path class=\"marker\" d=\"{}\" transform=\"translate({x:.1} {y:.1})\"/>", MARKERS[run % MARKERS.len()])
+}
+
+/// A line and a marker as a run has them in the charts.
+pub fn swatch(run: usize, label: &str) -> String {
+    format!(
+        "<svg class=\"swatch c{} d{}\" viewBox=\"0 0 34 14\" width=\"34\" height=\"14\" role=\"img\"><title>{}</title>{}</svg>",
+        run % COLOURS,
+        run % DASHES,
+        escape(label),
+        swatch_marks(run)
+    )
+}
+
+fn swatch_marks(run: usize) -> String {
+    format!("<path class=\"line\" d=\"M1 7H33\"/>{}", marker(run, [17.0, 7.0]))
+}
+
+/// A chart without its frame drawn.
+pub struct Chart {
+    /// In the page and as a file's name.
+    pub id: &'static str,
+    pub title: String,
+    pub x_label: &'static str,
+    pub y_label: String,
+    pub x: Axis,
+    pub y: Axis,
+    /// SVG.
+    pub marks: String,
+    /// Whether the x axis counts frames: then the script draws the shared cursor.
+    pub has_cursor: bool,
+}
+
+impl Chart {
+    /// The chart in a page that has `chart.css`.
+    pub fn inline(&self) -> String {
+        let cursor = match self.has_cursor {
+            true => format!(" data-curve=\"{}\" data-ends=\"{} {}\" tabindex=\"0\"", self.id, X_ENDS[0], X_ENDS[1]),
+            false => String::new(),
+        };
+        format!(
+            "<svg class=\"chart\" viewBox=\"0 0 {WIDTH} {HEIGHT}\" role=\"img\" aria-labelledby=\"{0}-title\"{cursor}>\
+             <title id=\"{0}-title\">{1}</title>\n{2}</svg>\n",
+            self.id,
+            escape(&self.title),
+            self.content()
+        )
+    }
+
+    /// The chart as a file, with a legend of all runs.
+    pub fn file(&self, runs: &[Run]) -> String {
+        let columns = if runs.len() > 6 { 2 } else { 1 };
+        let height = HEIGHT + runs.len().div_ceil(columns) as f64 * KEY_HEIGHT + 8.0;
+        let mut legend = String::new();
+        for (i, run) in runs.iter().enumerate() {
+            let x = X_ENDS[0] + (i % columns) as f64 * 265.0;
+            let y = HEIGHT + (i / columns) as f64 * KEY_HEIGHT;
+            let _ = writeln!(
+                legend,
+                "<g class=\"{}\" transform=\"translate({x} {y})\">{}<text x=\"42\" y=\"11\">{}</text></g>",
+                classes(i),
+                swatch_marks(i),
+                escape(&run.label)
+            );
+        }
+        format!(
+            "<svg xmlns=\"http://www.w3.org/2000/svg\" class=\"chart\" viewBox=\"0 0 {WIDTH} {height}\" width=\"{WIDTH}\" \
+             height=\"{height}\" role=\"img\">\n<title>{}</title>\n<style>\n{CHART_CSS}</style>\n\
+             <rect class=\"paper\" width=\"{WIDTH}\" height=\"{height}\"/>\n{}{legend}</svg>\n",
+            escape(&self.title),
+            self.content()
+        )
+    }
+
+    fn content(&self) -> String {
+        let mut text = format!(
+            "<text class=\"title\" x=\"12\" y=\"18\">{}</text><text class=\"label\" x=\"12\" y=\"36\">{}</text>\
+             <text class=\"label\" x=\"{}\" y=\"{}\" text-anchor=\"end\">{}</text>\n",
+            escape(&self.title),
+            escape(&self.y_label),
+            X_ENDS[1],
+            Y_ENDS[0] + 37.0,
+            escape(self.x_label)
+        );
+        text += &self.y_axis();
+        text += &self.x_axis();
+        text + "\n" + &self.marks
+    }
+
+    fn y_axis(&self) -> String {
+        let mut text = String::from("<g class=\"grid\">");
+        for tick in self.y.ticks(6) {
+            let y = self.y.at(tick.value);
+            let class = if tick.value == 0.0 { " class=\"zero\"" } else { "" };
+            let _ = write!(
+                text,
+                "<path{class} d=\"M{} {y:.1}H{}\"/><text x=\"{}\" y=\"{:.1}\" text-anchor=\"end\">{}</text>",
+                X_ENDS[0],
+                X_ENDS[1],
+                X_ENDS[0] - 7.0,
+                y + 4.0,
+                tick.label
+            );
+        }
+        text + "</g>\n"
+    }
+
+    fn x_axis(&self) -> String {
+        let mut text = String::from("<g class=\"grid\">");
+        for tick in self.x.ticks(7) {
+            let x = self.x.at(tick.value);
+            let class = if tick.value == 0.0 { " class=\"zero\"" } else { "" };
+            let _ = write!(
+                text,
+                "<path{class} d=\"M{x:.1} {}V{}\"/><text x=\"{x:.1}\" y=\"{}\" text-anchor=\"middle\">{}</text>",
+                Y_ENDS[0],
+                Y_ENDS[1],
+                Y_ENDS[0] + 18.0,
+                tick.label
+            );
+        }
+        text + "</g>\n"
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::report::axis::Scale;
+
+    fn chart() -> Chart {
+        let axis = |ends| Axis::fit([1.0, 2.0].into_iter(), Scale::Linear, ends);
+        Chart {
+            id: "c",
+            title: "a < b".into(),
+            x_label: "x",
+            y_label: "ms".into(),
+            x: axis(X_ENDS),
+            y: axis(Y_ENDS),
+            marks: String::new(),
+            has_cursor: false,
+        }
+    }
+
+    #[test]
+    fn every_chart_has_its_title_and_a_file_its_legend() {
+        let run = Run { label: "<b>".into(), stem: None, rows: vec![] };
+        for svg in [chart().inline(), chart().file(&[run])] {
+            assert!(svg.contains("a &lt; b</title>") && !svg.contains("<b>"), "{svg}");
+        }
+        let run = Run { label: "tin \"x\"".into(), stem: None, rows: vec![] };
+        assert!(chart().file(&[run]).contains("tin &quot;x&quot;"));
+    }
+
+    #[test]
+    fn two_hundred_runs_differ_in_colour_dashes_or_marker() {
+        let looks: std::collections::BTreeSet<_> =
+            (0..210).map(|run| [run % COLOURS, run % DASHES, run % MARKERS.len()]).collect();
+        assert_eq!(looks.len(), 210);
+    }
+}

@@ -1,0 +1,123 @@
+//! The headline charts: what a run costs against the error that was measured of it, a mark a run.
+
+use crate::fault::Fault;
+use crate::report::axis::{Axis, Scale};
+use crate::report::chart::{Chart, X_ENDS, Y_ENDS};
+use crate::report::folder::Folder;
+use crate::report::marks::{self, Point};
+use crate::report::runs::Run;
+use crate::report::sheet::Sheet;
+
+/// What the y axis shows.
+struct Cost {
+    ids: [&'static str; 2],
+    /// Of the summary; its interval is in the columns `<column>_low` and `<column>_high`.
+    column: &'static str,
+    name: &'static str,
+    unit: &'static str,
+}
+
+const FRAME_TIME: Cost = Cost {
+    ids: ["frame-time-by-p99-error", "frame-time-by-largest-error"],
+    column: "frame_ms_p50",
+    name: "Frame time",
+    unit: "median frame time, ms",
+};
+const PLAN_TIME: Cost = Cost {
+    ids: ["plan-time-by-p99-error", "plan-time-by-largest-error"],
+    column: "plan_ms_p50",
+    name: "Plan time",
+    unit: "median plan time, ms",
+};
+const TRIANGLES: Cost = Cost {
+    ids: ["triangles-by-p99-error", "triangles-by-largest-error"],
+    column: "triangles_mean",
+    name: "Triangles",
+    unit: "mean triangles a frame",
+};
+
+/// Column of the error, what a title calls it, what its axis says.
+const ERRORS: [(&str, &str, &str); 2] = [
+    ("error_px_p99", "P99 error", "P99 of the measured error, px"),
+    ("error_px_max", "largest error", "largest measured error, px"),
+];
+
+/// Whether any run has frame times.
+pub fn has_frame_times(folder: &Folder) -> Result<bool, Fault> {
+    Ok(folder.summary.numbers(FRAME_TIME.column)?.iter().any(Option::is_some))
+}
+
+/// Time and triangles, each against both errors. What was not measured at all has no chart.
+pub fn charts(folder: &Folder, runs: &[Run]) -> Result<Vec<Chart>, Fault> {
+    let time = if has_frame_times(folder)? { FRAME_TIME } else { PLAN_TIME };
+    let mut charts = Vec::new();
+    for cost in [time, TRIANGLES] {
+        for (id, error) in cost.ids.into_iter().zip(ERRORS) {
+            charts.extend(chart(&cost, id, error, &folder.summary, runs)?);
+        }
+    }
+    Ok(charts)
+}
+
+fn chart(
+    cost: &Cost,
+    id: &'static str,
+    (column, error, x_label): (&str, &str, &'static str),
+    summary: &Sheet,
+    runs: &[Run],
+) -> Result<Option<Chart>, Fault> {
+    let points = points(cost, column, summary, runs)?;
+    if points.is_empty() {
+        return Ok(None);
+    }
+    let ends = points.iter().flat_map(|point| point.interval.into_iter().flatten());
+    let x = Axis::fit(points.iter().map(|point| point.x), Scale::Log, X_ENDS);
+    let y = Axis::fit(points.iter().map(|point| point.y).chain(ends), Scale::Log, Y_ENDS);
+    Ok(Some(Chart {
+        id,
+        title: format!("{} and {error}", cost.name),
+        x_label,
+        y_label: cost.unit.into(),
+        marks: marks::scatter(&points, runs, [&x, &y]),
+        x,
+        y,
+        has_cursor: false,
+    }))
+}
+
+fn points(cost: &Cost, error: &str, summary: &Sheet, runs: &[Run]) -> Result<Vec<Point>, Fault> {
+    let mut points = Vec::new();
+    for (i, run) in runs.iter().enumerate() {
+        let (x, y) = (run.number(summary, error)?, run.number(summary, cost.column)?);
+        let low = run.number(summary, &format!("{}_low", cost.column))?;
+        let high = run.number(summary, &format!("{}_high", cost.column))?;
+        if let (Some(x), Some(y)) = (x, y) {
+            let interval = low.zip(high).map(|(low, high)| [low, high]);
+            points.push(Point { run: i, x, y, interval, chain: chain(summary, runs, i) });
+        }
+    }
+    Ok(points)
+}
+
+/// The first run with the same method and setting, which then differs in its tolerance.
+fn chain(summary: &Sheet, runs: &[Run], run: usize) -> Option<usize> {
+    let family = |run: &Run| run.rows.first().map(|row| (summary.text(*row, "method"), summary.text(*row, "setting")));
+    let own = family(&runs[run])?;
+    runs.iter().position(|other| family(other) == Some(own))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn runs_that_differ_in_tolerance_alone_are_a_chain() {
+        let csv = b"method,setting,tolerance_px,error_px_p99,triangles_mean\ntin,a=1,1,0.5,100\nrqt,,1,0.4,90\ntin,a=1,2,1.5,\ntin,a=1,4,3,20\n";
+        let summary = Sheet::parse("", csv).unwrap();
+        let run = |row| Run { label: String::new(), stem: None, rows: vec![row] };
+        let runs: Vec<Run> = (0..4).map(run).collect();
+        let points = points(&TRIANGLES, "error_px_p99", &summary, &runs).unwrap();
+        let found: Vec<_> = points.iter().map(|point| (point.run, point.chain)).collect();
+        assert_eq!(found, [(0, Some(0)), (1, Some(1)), (3, Some(0))], "and what was not measured has no mark");
+    }
+}

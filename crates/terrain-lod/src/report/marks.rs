@@ -1,0 +1,204 @@
+//! What charts show: lines and scattered points.
+
+use std::fmt::Write;
+
+use crate::report::axis::Axis;
+use crate::report::chart::{X_ENDS, Y_ENDS, classes, marker};
+use crate::report::html::{digits, escape};
+use crate::report::runs::Run;
+
+/// A run's line: x, and y where there is one.
+pub struct Series {
+    pub run: usize,
+    pub points: Vec<(f64, Option<f64>)>,
+}
+
+impl Series {
+    pub fn has_any(&self) -> bool {
+        self.points.iter().any(|(_, y)| y.is_some())
+    }
+}
+
+/// All y of some series.
+pub fn values(series: &[Series]) -> impl Iterator<Item = f64> + Clone {
+    series.iter().flat_map(|series| series.points.iter().filter_map(|(_, y)| *y))
+}
+
+/// The lines, later runs above earlier ones. `steps`: a value holds until the next x.
+pub fn lines(all: &[Series], [x, y]: [&Axis; 2], steps: bool) -> String {
+    let mut text = String::new();
+    for series in all {
+        let path = path(&series.points, [x, y], steps);
+        let _ = writeln!(text, "<g class=\"{}\"><path class=\"line\" d=\"{path}\"/></g>", classes(series.run));
+    }
+    text
+}
+
+/// Broken where a point has no y. A point alone is a line of no length, which round caps show.
+fn path(points: &[(f64, Option<f64>)], [x, y]: [&Axis; 2], steps: bool) -> String {
+    let mut path = String::new();
+    for part in points.split(|(_, value)| value.is_none()) {
+        for (i, (at, value)) in part.iter().enumerate() {
+            let (x, y) = (x.at(*at), y.at(value.unwrap_or_default()));
+            let _ = match (i, steps) {
+                (0, _) => write!(path, "M{x:.1} {y:.1}"),
+                (_, true) => write!(path, "H{x:.1}V{y:.1}"),
+                (_, false) => write!(path, "L{x:.1} {y:.1}"),
+            };
+        }
+        if part.len() == 1 {
+            path += "h0";
+        }
+    }
+    path
+}
+
+/// A run in a scatter chart.
+#[derive(Clone, Debug)]
+pub struct Point {
+    pub run: usize,
+    pub x: f64,
+    pub y: f64,
+    /// Of y.
+    pub interval: Option<[f64; 2]>,
+    /// Points that share a chain are joined by a line: one method at several tolerances.
+    pub chain: Option<usize>,
+}
+
+/// The points with their intervals, and a label beside each that has room for one.
+pub fn scatter(points: &[Point], runs: &[Run], [x, y]: [&Axis; 2]) -> String {
+    let places: Vec<[f64; 2]> = points.iter().map(|point| [x.at(point.x), y.at(point.y)]).collect();
+    let mut text = chains(points, &places);
+    let labels = place_labels(points, &places, runs);
+    for ((point, place), label) in points.iter().zip(&places).zip(labels) {
+        let name = escape(&runs[point.run].label);
+        let _ = write!(text, "<g class=\"{}\">", classes(point.run));
+        let _ = write!(text, "<title>{name}: {}, {}</title>", digits(point.x), digits(point.y));
+        text += &point.interval.map_or_else(String::new, |ends| whisker(place[0], ends.map(|end| y.at(end))));
+        text += &marker(point.run, *place);
+        if let Some((at, anchor)) = label {
+            let _ = write!(
+                text,
+                "<text class=\"name\" x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"{anchor}\">{name}</text>",
+                at[0], at[1]
+            );
+        }
+        text += "</g>\n";
+    }
+    text
+}
+
+fn whisker(x: f64, [low, high]: [f64; 2]) -> String {
+    let [left, right] = [x - 4.0, x + 4.0];
+    format!(
+        "<path class=\"whisker\" d=\"M{x:.1} {low:.1}V{high:.1}M{left:.1} {low:.1}H{right:.1}M{left:.1} {high:.1}H{right:.1}\"/>"
+    )
+}
+
+fn chains(points: &[Point], places: &[[f64; 2]]) -> String {
+    let mut text = String::new();
+    let last = points.iter().filter_map(|point| point.chain).max();
+    for chain in 0..last.map_or(0, |last| last + 1) {
+        let mut links: Vec<[f64; 2]> = points
+            .iter()
+            .zip(places)
+            .filter(|(point, _)| point.chain == Some(chain))
+            .map(|(_, place)| *place)
+            .collect();
+        links.sort_by(|a, b| a[0].total_cmp(&b[0]));
+        let links: Vec<String> = links.iter().map(|[x, y]| format!("{x:.1} {y:.1}")).collect();
+        if links.len() > 1 {
+            let _ = writeln!(text, "<path class=\"chain\" d=\"M{}\"/>", links.join("L"));
+        }
+    }
+    text
+}
+
+/// Left, top, right, bottom.
+type Box4 = [f64; 4];
+
+/// Where each label goes, and how it is anchored. The first free place of right, left, above and below; none where all are
+/// taken, since a label on another is worse than one that the legend has to give.
+fn place_labels(points: &[Point], places: &[[f64; 2]], runs: &[Run]) -> Vec<Option<([f64; 2], &'static str)>> {
+    let mut taken: Vec<Box4> = places.iter().map(|[x, y]| [x - 5.0, y - 5.0, x + 5.0, y + 5.0]).collect();
+    let mut labels = Vec::with_capacity(points.len());
+    for (point, [x, y]) in points.iter().zip(places) {
+        // About the width of a letter at the size in `chart.css`.
+        let width = runs[point.run].label.chars().count() as f64 * 6.4;
+        let choices = [
+            ([x + 8.0, y + 4.0], "start", x + 8.0),
+            ([x - 8.0, y + 4.0], "end", x - 8.0 - width),
+            ([*x, y - 9.0], "middle", x - width / 2.0),
+            ([*x, y + 17.0], "middle", x - width / 2.0),
+        ];
+        let found = choices.into_iter().find_map(|(at, anchor, left)| {
+            let space = [left, at[1] - 10.0, left + width, at[1] + 3.0];
+            is_free(&space, &taken).then_some((at, anchor, space))
+        });
+        labels.push(found.map(|(at, anchor, space)| {
+            taken.push(space);
+            (at, anchor)
+        }));
+    }
+    labels
+}
+
+fn is_free(space: &Box4, taken: &[Box4]) -> bool {
+    let meets = |other: &Box4| space[0] < other[2] && other[0] < space[2] && space[1] < other[3] && other[1] < space[3];
+    let is_inside =
+        space[0] > X_ENDS[0] && space[2] < X_ENDS[1] + 18.0 && space[1] > Y_ENDS[1] - 12.0 && space[3] < Y_ENDS[0];
+    is_inside && !taken.iter().any(meets)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::report::axis::Scale;
+
+    fn axes(values: &[f64]) -> [Axis; 2] {
+        [X_ENDS, Y_ENDS].map(|ends| Axis::fit(values.iter().copied(), Scale::Linear, ends))
+    }
+
+    #[test]
+    fn a_line_breaks_where_nothing_was_measured() {
+        let [x, y] = axes(&[4.0]);
+        let points = [(0.0, Some(1.0)), (1.0, Some(2.0)), (2.0, None), (3.0, Some(1.0)), (4.0, None)];
+        let path = path(&points, [&x, &y], false);
+        assert_eq!(path.matches('M').count(), 2);
+        assert!(path.ends_with("h0"), "{path}");
+    }
+
+    #[test]
+    fn labels_never_cover_each_other() {
+        let run = |i| Run { label: format!("method {i}"), stem: None, rows: vec![] };
+        let runs: Vec<Run> = (0..60).map(run).collect();
+        let point = |i: usize| Point {
+            run: i,
+            x: 1.0 + (i % 7) as f64 / 9.0,
+            y: 1.0 + (i % 4) as f64 / 30.0,
+            interval: None,
+            chain: None,
+        };
+        let points: Vec<Point> = (0..60).map(point).collect();
+        let [x, y] = axes(&[2.0]);
+        let places: Vec<[f64; 2]> = points.iter().map(|point| [x.at(point.x), y.at(point.y)]).collect();
+        let labels: Vec<Box4> = place_labels(&points, &places, &runs)
+            .into_iter()
+            .zip(&runs)
+            .filter_map(|(label, run)| {
+                let (at, anchor) = label?;
+                let width = run.label.len() as f64 * 6.4;
+                let left = match anchor {
+                    "start" => at[0],
+                    "end" => at[0] - width,
+                    _ => at[0] - width / 2.0,
+                };
+                Some([left, at[1] - 10.0, left + width, at[1] + 3.0])
+            })
+            .collect();
+        assert!(labels.len() > 5);
+        for (i, label) in labels.iter().enumerate() {
+            assert!(labels[..i].iter().all(|other| is_free(label, &[*other])), "{label:?}");
+        }
+    }
+}
