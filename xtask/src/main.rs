@@ -23,7 +23,7 @@ struct Forwarded {
 }
 
 /// One table instead of forwarding whatever comes: a typing error must not cost a release build.
-const FORWARDED: [Forwarded; 5] = [
+const FORWARDED: [Forwarded; 6] = [
     Forwarded { name: "bench", summary: "fly a DEM with every method, print the comparison", draws: true },
     Forwarded { name: "cmp", summary: "compare two result folders: what is better, worse or the same", draws: false },
     Forwarded { name: "report", summary: "make one HTML file of a result folder", draws: false },

@@ -3,7 +3,7 @@
 use crate::report::html;
 
 /// What of the axis' length lies between 0 and the rest, where a logarithmic axis has to show a 0 too.
-const ZERO_SLOT: f64 = 0.07;
+const ZERO_SLOT: f64 = 0.085;
 /// A range that spans this much is shown by its logarithm.
 const WIDE: f64 = 20.0;
 
@@ -113,12 +113,16 @@ fn linear_ticks(low: f64, high: f64, count: usize) -> Vec<f64> {
     (first..=last).map(|i| i as f64 * step).collect()
 }
 
-/// The powers of ten, every n-th where they are many, with their double and fivefold where they are few.
+/// The powers of ten, every n-th where they are many, with more between them where they are few.
 fn log_ticks(low: f64, high: f64, count: usize) -> Vec<f64> {
     let (first, last) = ((low * (1.0 + 1e-9)).log10().floor() as i32, (high * (1.0 + 1e-9)).log10().floor() as i32);
     let decades = (high / low).log10();
     let every = (decades / count as f64).ceil().max(1.0) as usize;
-    let factors: &[f64] = if decades * 3.0 <= count as f64 + 1.0 { &[1.0, 2.0, 5.0] } else { &[1.0] };
+    let factors: &[f64] = match decades {
+        few if few * 9.0 <= count as f64 + 1.0 => &[1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0],
+        some if some * 3.0 <= count as f64 + 2.0 => &[1.0, 2.0, 5.0],
+        _ => &[1.0],
+    };
     let all = (first..=last).step_by(every).flat_map(|power| factors.iter().map(move |f| f * 10_f64.powi(power)));
     let is_within = |value: &f64| *value >= low * (1.0 - 1e-9) && *value <= high * (1.0 + 1e-9);
     all.filter(is_within).collect()
@@ -162,7 +166,7 @@ mod tests {
     #[test]
     fn linear_axes_start_at_zero_and_end_at_a_round_number() {
         assert_eq!(labels(&[3.0, 47.0], Scale::Linear), ["0", "10", "20", "30", "40", "50"]);
-        assert_eq!(labels(&[0.29, 0.3], Scale::Linear), ["0", "0.1", "0.2", "0.3"]);
+        assert_eq!(labels(&[0.29, 0.3], Scale::Linear), ["0", "0.05", "0.1", "0.15", "0.2", "0.25", "0.3"]);
         assert_eq!(
             labels(&[275_772.0], Scale::Linear),
             ["0", "50\u{202f}k", "100\u{202f}k", "150\u{202f}k", "200\u{202f}k", "250\u{202f}k", "300\u{202f}k"]

@@ -24,9 +24,11 @@ const WIDTH: f64 = 600.0;
 const HEIGHT: f64 = 330.0;
 /// Coordinates of the ends of the axes.
 pub const X_ENDS: [f64; 2] = [60.0, 580.0];
-pub const Y_ENDS: [f64; 2] = [284.0, 50.0];
+pub const Y_ENDS: [f64; 2] = [286.0, 54.0];
 /// Of a line of a legend.
 const KEY_HEIGHT: f64 = 18.0;
+/// Around a chart in a file of its own; in the page, it lines up with the text.
+const MARGIN: f64 = 12.0;
 
 /// Colours and dashes in `chart.css`, and markers here. No two of the counts have a divisor in common, so 30 runs differ in
 /// colour or dashes, and 210 in one of the three.
@@ -86,8 +88,9 @@ pub struct Chart {
 impl Chart {
     /// The chart in a page that has `chart.css`.
     pub fn inline(&self) -> String {
+        let ends = [X_ENDS[0], X_ENDS[1], Y_ENDS[0], Y_ENDS[1]].map(|end| end.to_string()).join(" ");
         let cursor = match self.has_cursor {
-            true => format!(" data-curve=\"{}\" data-ends=\"{} {}\" tabindex=\"0\"", self.id, X_ENDS[0], X_ENDS[1]),
+            true => format!(" data-curve=\"{}\" data-ends=\"{ends}\" tabindex=\"0\"", self.id),
             false => String::new(),
         };
         format!(
@@ -102,7 +105,8 @@ impl Chart {
     /// The chart as a file, with a legend of all runs.
     pub fn file(&self, runs: &[Run]) -> String {
         let columns = if runs.len() > 6 { 2 } else { 1 };
-        let height = HEIGHT + runs.len().div_ceil(columns) as f64 * KEY_HEIGHT + 8.0;
+        let (width, height) =
+            (WIDTH + MARGIN, HEIGHT + runs.len().div_ceil(columns) as f64 * KEY_HEIGHT + 2.0 * MARGIN);
         let mut legend = String::new();
         for (i, run) in runs.iter().enumerate() {
             let x = X_ENDS[0] + (i % columns) as f64 * 265.0;
@@ -116,9 +120,9 @@ impl Chart {
             );
         }
         format!(
-            "<svg xmlns=\"http://www.w3.org/2000/svg\" class=\"chart\" viewBox=\"0 0 {WIDTH} {height}\" width=\"{WIDTH}\" \
-             height=\"{height}\" role=\"img\">\n<title>{}</title>\n<style>\n{CHART_CSS}</style>\n\
-             <rect class=\"paper\" width=\"{WIDTH}\" height=\"{height}\"/>\n{}{legend}</svg>\n",
+            "<svg xmlns=\"http://www.w3.org/2000/svg\" class=\"chart\" viewBox=\"-{MARGIN} -{MARGIN} {width} {height}\" \
+             width=\"{width}\" height=\"{height}\" role=\"img\">\n<title>{}</title>\n<style>\n{CHART_CSS}</style>\n\
+             <rect class=\"paper\" x=\"-{MARGIN}\" y=\"-{MARGIN}\" width=\"{width}\" height=\"{height}\"/>\n{}{legend}</svg>\n",
             escape(&self.title),
             self.content()
         )
@@ -126,7 +130,7 @@ impl Chart {
 
     fn content(&self) -> String {
         let mut text = format!(
-            "<text class=\"title\" x=\"12\" y=\"18\">{}</text><text class=\"label\" x=\"12\" y=\"36\">{}</text>\
+            "<text class=\"title\" x=\"0\" y=\"18\">{}</text><text class=\"label\" x=\"0\" y=\"36\">{}</text>\
              <text class=\"label\" x=\"{}\" y=\"{}\" text-anchor=\"end\">{}</text>\n",
             escape(&self.title),
             escape(&self.y_label),

@@ -10,6 +10,7 @@ use crate::report::chart::swatch;
 use crate::report::folder::{Folder, plain};
 use crate::report::headline;
 use crate::report::html::{Column, digits, escape, number, table};
+use crate::report::runs::Run;
 
 /// The command that made the folder, as a user types it.
 pub fn command(folder: &Folder) -> String {
@@ -126,7 +127,7 @@ pub fn flown(folder: &Folder) -> String {
 pub fn machine(folder: &Folder) -> String {
     let mut rows = Vec::new();
     flatten("", &folder.machine, &mut rows);
-    let column = |head: &str| Column { head: head.into(), right: false };
+    let column = |head: &str| Column::new(head.into(), false);
     table(&[column("fact"), column("value")], &rows)
 }
 
@@ -145,11 +146,9 @@ fn flatten(name: &str, value: &Value, rows: &mut Vec<Vec<String>>) {
 pub fn settings(report: &Report) -> String {
     let summary = &report.folder.summary;
     let heads = ["run", "method", "setting", "tolerance px", "threads", "submission", "repeats", "files"];
-    let columns: Vec<Column> = heads
-        .iter()
-        .map(|head| Column { head: (*head).into(), right: ["tolerance px", "threads", "repeats"].contains(head) })
-        .collect();
-    let row = |(i, run): (usize, &crate::report::runs::Run)| {
+    let is_number = |head: &str| ["tolerance px", "threads", "repeats"].contains(&head);
+    let columns: Vec<Column> = heads.iter().map(|head| Column::new((*head).into(), is_number(head))).collect();
+    let row = |(i, run): (usize, &Run)| {
         let text = |column: &str| run.rows.first().map_or_else(String::new, |row| escape(summary.text(*row, column)));
         let tolerances: Vec<&str> = run.rows.iter().map(|row| summary.text(*row, "tolerance_px")).collect();
         let name = format!("{} {}", swatch(i, &run.label), escape(&run.label));

@@ -70,13 +70,22 @@ pub fn bytes(count: usize) -> String {
 pub struct Column {
     /// HTML.
     pub head: String,
-    /// Whether it holds numbers.
-    pub right: bool,
+    /// Of its cells; empty for none. `number` stands to the right.
+    pub class: &'static str,
+}
+
+impl Column {
+    pub fn new(head: String, is_number: bool) -> Self {
+        Self { head, class: if is_number { "number" } else { "" } }
+    }
 }
 
 /// A table; heads and cells are HTML.
 pub fn table(columns: &[Column], rows: &[Vec<String>]) -> String {
-    let class = |i: usize| if columns.get(i).is_some_and(|column| column.right) { " class=\"number\"" } else { "" };
+    let class = |i: usize| match columns.get(i).map_or("", |column| column.class) {
+        "" => String::new(),
+        class => format!(" class=\"{class}\""),
+    };
     let mut text = String::from("<div class=\"wide\"><table>\n<thead><tr>");
     for (i, column) in columns.iter().enumerate() {
         let _ = write!(text, "<th scope=\"col\"{}>{}</th>", class(i), column.head);

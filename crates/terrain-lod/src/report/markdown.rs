@@ -102,7 +102,7 @@ impl Table {
     pub fn html(&self) -> String {
         let right = |i: usize| self.right.get(i).copied().unwrap_or(false);
         let columns: Vec<Column> =
-            self.heads.iter().enumerate().map(|(i, head)| Column { head: inline(head), right: right(i) }).collect();
+            self.heads.iter().enumerate().map(|(i, head)| Column::new(inline(head), right(i))).collect();
         let cell = |(i, cell): (usize, &String)| if right(i) { inline(&group(cell)) } else { inline(cell) };
         let rows: Vec<Vec<String>> = self.rows.iter().map(|row| row.iter().enumerate().map(cell).collect()).collect();
         table(&columns, &rows)

@@ -19,6 +19,7 @@ mod page;
 mod pictures;
 mod runs;
 mod sheet;
+mod tables;
 
 use std::path::Path;
 

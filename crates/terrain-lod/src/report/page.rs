@@ -4,9 +4,8 @@ use std::fmt::Write;
 
 use crate::fault::Fault;
 use crate::report::chart::{CHART_CSS, Chart, swatch};
-use crate::report::html::{digits, escape};
-use crate::report::markdown::{self, Block, Table};
-use crate::report::{Report, facts, headline, pictures};
+use crate::report::html::escape;
+use crate::report::{Report, facts, headline, markdown, pictures, tables};
 
 const PAGE_CSS: &str = include_str!("page.css");
 const SCRIPT: &str = include_str!("script.js");
@@ -66,7 +65,7 @@ fn sections(report: &Report, with_pictures: bool) -> Result<Vec<Section>, Fault>
     Ok(vec![
         section("flown", "What was flown", FLOWN.into(), facts::flown(&report.folder)),
         section("headline", "Cost and measured error", headline_lead(has_frame_times), charts(&report.headline)),
-        section("summary", "Tables", SUMMARY.into(), tables(report)?),
+        section("summary", "Tables", SUMMARY.into(), tables::html(report)?),
         section("curves", "Frame by frame", curves_lead(report), charts(&report.curves.charts)),
         section("distributions", "Distributions", DISTRIBUTIONS.into(), charts(&report.distributions)),
         section("pictures", "Pictures", PICTURES.into(), pictures::html(report, with_pictures)?),
@@ -74,8 +73,7 @@ fn sections(report: &Report, with_pictures: bool) -> Result<Vec<Section>, Fault>
     ])
 }
 
-const FLOWN: &str =
-    "All runs flew the same frames over the same elevation data; nothing below holds for another machine.";
+const FLOWN: &str = "All runs flew the same frames over the same elevation data. Errors and counts are the same on every machine, times are this one's.";
 const SUMMARY: &str = "A row for each run and tolerance. What was not measured is empty. An interval holds the median with \
     95 % confidence, over the repeats.";
 const DISTRIBUTIONS: &str = "How many percent of the frames, of all repeats together, took at most a time: a line further \
@@ -114,8 +112,10 @@ fn hiding_rules(report: &Report) -> String {
 }
 
 fn legend(report: &Report) -> String {
+    // Many labels are easier to find in columns, few to read in a line.
+    let class = if report.runs.len() > 8 { "keys many" } else { "keys" };
     let mut text =
-        String::from("<details class=\"legend\" open><summary>Runs</summary>\n<div class=\"keys\" id=\"keys\">\n");
+        format!("<details class=\"legend\" open><summary>Runs</summary>\n<div class=\"{class}\" id=\"keys\">\n");
     for (i, run) in report.runs.iter().enumerate() {
         let label = escape(&run.label);
         let _ = writeln!(
@@ -134,42 +134,6 @@ fn charts(charts: &[Chart]) -> String {
     let charts: String =
         charts.iter().map(|chart| format!("<figure class=\"plot\">{}</figure>\n", chart.inline())).collect();
     format!("<div class=\"plots\">\n{charts}</div>\n")
-}
-
-/// `summary.md`, its first table with the runs' marks and with the intervals that `summary.csv` has.
-fn tables(report: &Report) -> Result<String, Fault> {
-    let mut blocks = markdown::read(&report.folder.summary_md);
-    if blocks.is_empty() {
-        return Ok("<p>This folder has no <code>summary.md</code>: the bench has not come so far.</p>\n".into());
-    }
-    let first = blocks.iter().position(|block| matches!(block, Block::Table(_))).unwrap_or(blocks.len());
-    let rest = blocks.split_off((first + 1).min(blocks.len()));
-    let Some(Block::Table(table)) = blocks.pop_if(|block| matches!(block, Block::Table(_))) else {
-        return Ok(markdown::html(&blocks, 3));
-    };
-    let summary = summary_table(report, table)?;
-    Ok(markdown::html(&blocks, 3) + &summary + &markdown::html(&rest, 3))
-}
-
-fn summary_table(report: &Report, mut table: Table) -> Result<String, Fault> {
-    let summary = &report.folder.summary;
-    // Of an interrupted bench the two files may differ.
-    if table.rows.len() == summary.len() {
-        let columns = summary.columns().iter().filter_map(|name| name.strip_suffix("_low"));
-        let is_interval = |name: &&str| summary.columns().contains(&format!("{name}_high"));
-        for name in columns.filter(is_interval) {
-            let (low, high) = (summary.numbers(&format!("{name}_low"))?, summary.numbers(&format!("{name}_high"))?);
-            table.heads.push(format!("{} interval", name.replace('_', " ")));
-            table.right.push(true);
-            for (row, ends) in table.rows.iter_mut().zip(low.into_iter().zip(high)) {
-                row.push(match ends {
-                    (Some(low), Some(high)) => format!("{} to {}", digits(low), digits(high)),
-                    _ => String::new(),
-                });
-            }
-        }
-    }
-    Ok(format!("<div class=\"summary\">{}</div>\n", table.html()))
 }
 
 fn definitions(report: &Report) -> String {

@@ -4,7 +4,6 @@
   const root = document.documentElement;
   addEventListener("error", (event) => { root.dataset.error = event.message; });
   const byId = (id) => document.getElementById(id);
-  const svg = (name) => document.createElementNS("http://www.w3.org/2000/svg", name);
   const element = (name, className, text) => {
     const made = document.createElement(name);
     made.className = className;
@@ -31,23 +30,24 @@
     return whole.replace(/\B(?=(\d{3})+$)/g, "\u202f") + (fraction ? "." + fraction : "");
   };
   const { frames, width, charts } = JSON.parse(byId("curve-values").textContent);
-  const labels = boxes.map((box) => box.parentElement);
+  const swatches = boxes.map((box) => box.parentElement.querySelector("svg"));
+  const labels = boxes.map((box) => box.parentElement.querySelector("span").textContent);
   const curves = [...document.querySelectorAll("[data-curve]")].map((chart) => {
-    const [left, right] = chart.dataset.ends.split(" ").map(Number);
-    const line = chart.appendChild(svg("path"));
+    const [left, right, bottom, top] = chart.dataset.ends.split(" ").map(Number);
+    const line = chart.appendChild(document.createElementNS(chart.namespaceURI, "path"));
     line.setAttribute("class", "cursor");
     const readout = element("div", "values", "");
     const at = readout.appendChild(element("span", "at", ""));
     const cells = Object.entries(charts[chart.dataset.curve]).map(([run, values]) => {
       const cell = element("span", "r" + run, "");
       const value = element("b", "", "");
-      cell.append(labels[run].querySelector("svg").cloneNode(true));
-      cell.append(element("span", "who", labels[run].textContent.trim()), value);
+      cell.append(swatches[run].cloneNode(true));
+      cell.append(element("span", "who", labels[run]), value);
       readout.append(cell);
       return { value, values };
     });
     chart.after(readout);
-    return { chart, left, right, line, at, cells };
+    return { chart, left, right, bottom, top, line, at, cells };
   });
   const last = Math.max(frames[frames.length - 1], 1);
   let shown = 0;
@@ -55,9 +55,9 @@
     shown = Math.min(Math.max(point, 0), frames.length - 1);
     const frame = frames[shown];
     const text = width > 1 ? `frames ${format(frame)} to ${format(frame + width - 1)}` : `frame ${format(frame)}`;
-    for (const { left, right, line, at, cells } of curves) {
+    for (const { left, right, bottom, top, line, at, cells } of curves) {
       const x = left + (right - left) * frame / last;
-      line.setAttribute("d", `M${x} 50V284`);
+      line.setAttribute("d", `M${x} ${top}V${bottom}`);
       at.textContent = text;
       for (const { value, values } of cells) { value.textContent = format(values[shown]); }
     }
@@ -84,7 +84,7 @@
     const runs = [...new Set([...document.querySelectorAll(".shots img")].map((image) => Number(image.dataset.run)))];
     runs.sort((one, other) => one - other);
     addOptions(kind, groups.map((group, i) => [i, group.dataset.kind]));
-    [a, b].forEach((select) => addOptions(select, runs.map((run) => [run, labels[run].textContent.trim()])));
+    [a, b].forEach((select) => addOptions(select, runs.map((run) => [run, labels[run]])));
     b.selectedIndex = runs.length - 1;
     const cut = (percent) => {
       slider.value = percent;

@@ -11,5 +11,6 @@ mod mesh;
 mod program;
 mod refusals;
 mod repeats;
+mod report;
 mod resume;
 mod schema;

@@ -1,0 +1,93 @@
+//! The tables of `summary.md`. Those with a row a run begin with the run's mark, and their settings, which are long, end
+//! them; the first has besides the intervals that `summary.csv` has.
+
+use crate::fault::Fault;
+use crate::report::Report;
+use crate::report::chart::swatch;
+use crate::report::html::{Column, digits, escape, group, table};
+use crate::report::markdown::{self, Block, Table, inline};
+
+/// What the tables of the bench begin with, where a row is a run.
+const IDENTITY: [&str; 3] = ["method", "setting", "tolerance px"];
+
+/// All of `summary.md` as HTML.
+pub fn html(report: &Report) -> Result<String, Fault> {
+    let mut text = String::new();
+    let mut intervals = intervals(report)?;
+    for block in markdown::read(&report.folder.summary_md) {
+        text += &match block {
+            Block::Table(table) if table.heads.starts_with(&IDENTITY.map(str::to_owned)) => {
+                of_runs(report, &table, std::mem::take(&mut intervals))
+            }
+            other => markdown::html(&[other], 3),
+        };
+    }
+    match text.is_empty() {
+        true => Ok("<p>This folder has no <code>summary.md</code>: the bench has not come so far.</p>\n".into()),
+        false => Ok(text),
+    }
+}
+
+/// A column of intervals: its head, and a cell for each row of the summary.
+type Intervals = (String, Vec<String>);
+
+/// Of all `<name>_low` that have a `<name>_high`.
+fn intervals(report: &Report) -> Result<Vec<Intervals>, Fault> {
+    let summary = &report.folder.summary;
+    let mut all = Vec::new();
+    for name in summary.columns().iter().filter_map(|name| name.strip_suffix("_low")) {
+        let high = format!("{name}_high");
+        if summary.columns().contains(&high) {
+            let ends = summary.numbers(&format!("{name}_low"))?.into_iter().zip(summary.numbers(&high)?);
+            let cell = |(low, high): (Option<f64>, Option<f64>)| match low.zip(high) {
+                Some((low, high)) => format!("{} to {}", digits(low), digits(high)),
+                None => String::new(),
+            };
+            all.push((format!("{} interval", name.replace('_', " ")), ends.map(cell).collect()));
+        }
+    }
+    Ok(all)
+}
+
+fn of_runs(report: &Report, source: &Table, intervals: Vec<Intervals>) -> String {
+    let right = |i: usize| source.right.get(i).copied().unwrap_or(false);
+    let mut columns = vec![Column::new("run".into(), false)];
+    columns.extend(source.heads.iter().enumerate().skip(2).map(|(i, head)| Column::new(inline(head), right(i))));
+    columns.extend(intervals.iter().map(|(head, _)| Column::new(escape(head), true)));
+    columns.push(Column { head: "setting".into(), class: "setting" });
+    let row = |cells: &Vec<String>| {
+        let found = row_of(report, cells);
+        let mut row = vec![found.and_then(|row| mark(report, row)).unwrap_or_else(|| inline(&cells[0]))];
+        row.extend(
+            cells
+                .iter()
+                .enumerate()
+                .skip(2)
+                .map(|(i, cell)| inline(&if right(i) { group(cell) } else { cell.clone() })),
+        );
+        row.extend(intervals.iter().map(|(_, cells)| found.map_or_else(String::new, |row| cells[row].clone())));
+        row.push(inline(&cells[1]));
+        row
+    };
+    let rows: Vec<Vec<String>> =
+        source.rows.iter().filter(|cells| cells.len() == source.heads.len()).map(row).collect();
+    format!("<div class=\"summary\">{}</div>\n", table(&columns, &rows))
+}
+
+/// The row of `summary.csv` that a row of a table was made from.
+fn row_of(report: &Report, cells: &[String]) -> Option<usize> {
+    let summary = &report.folder.summary;
+    let is_same = |row: &usize| {
+        let tolerance = summary.text(*row, "tolerance_px");
+        let tolerance = tolerance.strip_suffix(".0").unwrap_or(tolerance);
+        [summary.text(*row, "method"), summary.text(*row, "setting"), tolerance] == cells[..3]
+    };
+    (0..summary.len()).find(is_same)
+}
+
+/// The mark and label of the run that has a row.
+fn mark(report: &Report, row: usize) -> Option<String> {
+    let run = report.runs.iter().position(|run| run.rows.contains(&row))?;
+    let label = &report.runs[run].label;
+    Some(format!("{} {}", swatch(run, label), escape(label)))
+}
