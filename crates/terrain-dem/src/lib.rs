@@ -19,7 +19,8 @@
 //!
 //! Reading goes in three steps: `formats` finds the decoder and reads the header, which must agree with the file's length
 //! before anything is allocated for it; the decoder puts its samples row by row into a `raster::Heights`; `load` turns
-//! these into a [`Dem`], its voids filled.
+//! these into a [`Dem`], its voids filled. [`open_rows`] hands the rows on instead of keeping them: for DEMs that are larger
+//! than memory.
 
 mod atomic;
 mod error;
