@@ -126,7 +126,7 @@ pub fn inline(text: &str) -> String {
 
 fn bold(text: &str) -> String {
     let pieces: Vec<&str> = text.split("**").collect();
-    if pieces.len() % 2 == 0 {
+    if pieces.len().is_multiple_of(2) {
         return escape(text);
     }
     let piece = |(i, piece): (usize, &&str)| match i % 2 {
