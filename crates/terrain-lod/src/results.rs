@@ -127,7 +127,8 @@ impl Results {
         Fault::new(Cause::BadInput, format_args!("{}: {error}; expected what this version writes", path.display()))
     }
 
-    /// Takes the marker away: all is written.
+    /// Takes the marker away: all is written. The parts go last, since a kill in between must not cost them; where they stay
+    /// nobody looks at them.
     pub fn complete(self) -> Result<PathBuf, Fault> {
         let marker = self.path(MARKER);
         fs::remove_file(&marker).map_err(|e| Fault::write(&marker, e))?;
