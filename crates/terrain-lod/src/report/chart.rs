@@ -30,46 +30,6 @@ const KEY_HEIGHT: f64 = 18.0;
 /// Around a chart in a file of its own; in the page, it lines up with the text.
 const MARGIN: f64 = 12.0;
 
-/// Colours and dashes in `chart.css`, and markers here. No two of the counts have a divisor in common, so 30 runs differ in
-/// colour or dashes, and 210 in one of the three.
-const COLOURS: usize = 6;
-const DASHES: usize = 5;
-/// Shapes around the origin: circle, square, triangle, diamond, triangle, plus, cross.
-const MARKERS: [&str; 7] = [
-    "M-4.2 0A4.2 4.2 0 1 0 4.2 0A4.2 4.2 0 1 0-4.2 0Z",
-    "M-3.8-3.8H3.8V3.8H-3.8Z",
-    "M0-5L4.8 3.6H-4.8Z",
-    "M0-5.4L5.4 0L0 5.4L-5.4 0Z",
-    "M0 5L4.8-3.6H-4.8Z",
-    "M-1.6-5H1.6V-1.6H5V1.6H1.6V5H-1.6V1.6H-5V-1.6H-1.6Z",
-    "M0-2.3L2.9-5.2L5.2-2.9L2.3 0L5.2 2.9L2.9 5.2L0 2.3L-2.9 5.2L-5.2 2.9L-2.3 0L-5.2-2.9L-2.9-5.2Z",
-];
-
-/// The classes of a run's marks: what it is hidden by, colour, dashes.
-pub fn classes(run: usize) -> String {
-    format!("r{run} c{} d{}", run % COLOURS, run % DASHES)
-}
-
-/// A run's marker at a place.
-pub fn marker(run: usize, [x, y]: [f64; 2]) -> String {
-    format!("<path class=\"marker\" d=\"{}\" transform=\"translate({x:.1} {y:.1})\"/>", MARKERS[run % MARKERS.len()])
-}
-
-/// A line and a marker as a run has them in the charts.
-pub fn swatch(run: usize, label: &str) -> String {
-    format!(
-        "<svg class=\"swatch c{} d{}\" viewBox=\"0 0 34 14\" width=\"34\" height=\"14\" role=\"img\"><title>{}</title>{}</svg>",
-        run % COLOURS,
-        run % DASHES,
-        escape(label),
-        swatch_marks(run)
-    )
-}
-
-fn swatch_marks(run: usize) -> String {
-    format!("<path class=\"line\" d=\"M1 7H33\"/>{}", marker(run, [17.0, 7.0]))
-}
-
 /// A chart without its frame drawn.
 pub struct Chart {
     /// In the page and as a file's name.
@@ -114,8 +74,8 @@ impl Chart {
             let _ = writeln!(
                 legend,
                 "<g class=\"{}\" transform=\"translate({x} {y})\">{}<text x=\"42\" y=\"11\">{}</text></g>",
-                classes(i),
-                swatch_marks(i),
+                run.look.classes(),
+                run.look.sample(),
                 escape(&run.label)
             );
         }
@@ -200,18 +160,11 @@ mod tests {
 
     #[test]
     fn every_chart_has_its_title_and_a_file_its_legend() {
-        let run = Run { label: "<b>".into(), stem: None, rows: vec![] };
+        let run = Run { label: "<b>".into(), ..Default::default() };
         for svg in [chart().inline(), chart().file(&[run])] {
             assert!(svg.contains("a &lt; b</title>") && !svg.contains("<b>"), "{svg}");
         }
-        let run = Run { label: "tin \"x\"".into(), stem: None, rows: vec![] };
+        let run = Run { label: "tin \"x\"".into(), ..Default::default() };
         assert!(chart().file(&[run]).contains("tin &quot;x&quot;"));
-    }
-
-    #[test]
-    fn two_hundred_runs_differ_in_colour_dashes_or_marker() {
-        let looks: std::collections::BTreeSet<_> =
-            (0..210).map(|run| [run % COLOURS, run % DASHES, run % MARKERS.len()]).collect();
-        assert_eq!(looks.len(), 210);
     }
 }

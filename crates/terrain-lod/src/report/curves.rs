@@ -8,6 +8,7 @@ use crate::report::axis::Axis;
 use crate::report::chart::{Chart, X_ENDS, Y_ENDS};
 use crate::report::folder::{Folder, Frames};
 use crate::report::html;
+use crate::report::look::Look;
 use crate::report::marks::{self, Series};
 use crate::report::runs::Run;
 use crate::report::sheet::Sheet;
@@ -78,7 +79,8 @@ pub fn of(folder: &Folder, runs: &[Run]) -> Result<Curves, Fault> {
     let mut curves = Curves { charts: Vec::new(), values: String::new(), width, absent };
     let mut json = Vec::new();
     for (measure, of_runs) in found {
-        let series = of_runs.into_iter().map(|(run, values)| thinned(run, &values, last, width)).collect::<Vec<_>>();
+        let series =
+            of_runs.into_iter().map(|(run, values)| thinned(runs[run].look, &values, last, width)).collect::<Vec<_>>();
         curves.charts.push(chart(measure, &series, last));
         json.push(format!("\"{}\":{}", measure.id, values_json(&series)));
     }
@@ -113,10 +115,10 @@ fn median(mut values: Vec<f64>) -> f64 {
 }
 
 /// A point for each `width` frames: the largest of them.
-fn thinned(run: usize, values: &ByFrame, last: u32, width: u32) -> Series {
+fn thinned(look: Look, values: &ByFrame, last: u32, width: u32) -> Series {
     let largest = |first: u32| values.range(first..=first.saturating_add(width - 1)).map(|(_, v)| *v).reduce(f64::max);
     let points = (0..=last / width).map(|point| point * width).map(|first| (first.into(), largest(first))).collect();
-    Series { run, points }
+    Series { look, points }
 }
 
 fn chart(measure: &Measure, series: &[Series], last: u32) -> Chart {
@@ -141,7 +143,7 @@ fn values_json(series: &[Series]) -> String {
     for (i, series) in series.iter().filter(|series| series.has_any()).enumerate() {
         let values: Vec<String> = series.points.iter().map(|(_, value)| number(value)).collect();
         let comma = if i > 0 { "," } else { "" };
-        let _ = write!(text, "{comma}\"{}\":[{}]", series.run, values.join(","));
+        let _ = write!(text, "{comma}\"{}\":[{}]", series.look.run, values.join(","));
     }
     text + "}"
 }
@@ -161,7 +163,7 @@ mod tests {
     #[test]
     fn long_flights_keep_their_peaks() {
         let values: ByFrame = (0..5000).map(|frame| (frame, if frame == 1234 { 7.0 } else { 1.0 })).collect();
-        let series = thinned(0, &values, 4999, 9);
+        let series = thinned(Look::default(), &values, 4999, 9);
         assert_eq!(series.points.len(), 556);
         assert_eq!(series.points[1234 / 9], (1233.0, Some(7.0)));
     }

@@ -31,9 +31,9 @@ pub fn charts(folder: &Folder, runs: &[Run]) -> Result<Vec<Chart>, Fault> {
     let mut charts = Vec::new();
     for (id, title, x_label, pass, column) in DISTRIBUTIONS {
         let mut series = Vec::new();
-        for (run, stem) in runs.iter().enumerate().filter_map(|(i, run)| Some((i, run.stem.as_ref()?))) {
+        for (look, stem) in runs.iter().filter_map(|run| Some((run.look, run.stem.as_ref()?))) {
             let Some(sheet) = folder.frames.get(stem).and_then(pass) else { continue };
-            series.push(Series { run, points: cumulative(timed(sheet, column)?) });
+            series.push(Series { look, points: cumulative(timed(sheet, column)?) });
         }
         if series.iter().any(Series::has_any) {
             charts.push(chart(id, title, x_label, &series));
@@ -81,9 +81,9 @@ fn chart(id: &'static str, title: &str, x_label: &'static str, series: &[Series]
 fn popping(folder: &Folder, runs: &[Run]) -> Result<Option<Chart>, Fault> {
     let Some(sheet) = &folder.popping else { return Ok(None) };
     let mut series = Vec::new();
-    for (i, run) in runs.iter().enumerate() {
+    for run in runs {
         let points = bins(sheet, &folder.summary, run)?;
-        series.push(Series { run: i, points });
+        series.push(Series { look: run.look, points });
     }
     if !series.iter().any(Series::has_any) {
         return Ok(None);
@@ -136,7 +136,7 @@ mod tests {
             tin,a=1,1.0,0,0.5,7\ntin,a=1,2.0,0,0.5,8\ntin,a=1,1.0,0.5,,3\nfull-grid,,,0,,0\n";
         let popping = Sheet::parse("", popping).unwrap();
         let summary = Sheet::parse("", b"method,setting,tolerance_px\ntin,a=1,1.0\nfull-grid,,1.0\n").unwrap();
-        let bins = |row| bins(&popping, &summary, &Run { label: String::new(), stem: None, rows: vec![row] }).unwrap();
+        let bins = |row| bins(&popping, &summary, &Run { rows: vec![row], ..Default::default() }).unwrap();
         assert_eq!(bins(0), [(0.0, Some(7.0)), (0.5, Some(3.0)), (1.0, Some(3.0))]);
         assert_eq!(bins(1), [(0.0, Some(0.0)), (0.0, Some(0.0))]);
     }

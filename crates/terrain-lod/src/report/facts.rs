@@ -6,7 +6,6 @@ use serde_json::Value;
 
 use crate::fault::Fault;
 use crate::report::Report;
-use crate::report::chart::swatch;
 use crate::report::folder::{Folder, plain};
 use crate::report::headline;
 use crate::report::html::{Column, digits, escape, number, table};
@@ -148,10 +147,10 @@ pub fn settings(report: &Report) -> String {
     let heads = ["run", "method", "setting", "tolerance px", "threads", "submission", "repeats", "files"];
     let is_number = |head: &str| ["tolerance px", "threads", "repeats"].contains(&head);
     let columns: Vec<Column> = heads.iter().map(|head| Column::new((*head).into(), is_number(head))).collect();
-    let row = |(i, run): (usize, &Run)| {
+    let row = |run: &Run| {
         let text = |column: &str| run.rows.first().map_or_else(String::new, |row| escape(summary.text(*row, column)));
         let tolerances: Vec<&str> = run.rows.iter().map(|row| summary.text(*row, "tolerance_px")).collect();
-        let name = format!("{} {}", swatch(i, &run.label), escape(&run.label));
+        let name = format!("{} {}", run.look.swatch(&run.label), escape(&run.label));
         let tolerances = escape(&tolerances.join(", "));
         let files = escape(run.stem.as_deref().unwrap_or("none"));
         vec![
@@ -165,7 +164,7 @@ pub fn settings(report: &Report) -> String {
             files,
         ]
     };
-    table(&columns, &report.runs.iter().enumerate().map(row).collect::<Vec<_>>())
+    table(&columns, &report.runs.iter().map(row).collect::<Vec<_>>())
 }
 
 #[cfg(test)]

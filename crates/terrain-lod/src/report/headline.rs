@@ -93,17 +93,10 @@ fn points(cost: &Cost, error: &str, summary: &Sheet, runs: &[Run]) -> Result<Vec
         let high = run.number(summary, &format!("{}_high", cost.column))?;
         if let (Some(x), Some(y)) = (x, y) {
             let interval = low.zip(high).map(|(low, high)| [low, high]);
-            points.push(Point { run: i, x, y, interval, chain: chain(summary, runs, i) });
+            points.push(Point { run: i, x, y, interval });
         }
     }
     Ok(points)
-}
-
-/// The first run with the same method and setting, which then differs in its tolerance.
-fn chain(summary: &Sheet, runs: &[Run], run: usize) -> Option<usize> {
-    let family = |run: &Run| run.rows.first().map(|row| (summary.text(*row, "method"), summary.text(*row, "setting")));
-    let own = family(&runs[run])?;
-    runs.iter().position(|other| family(other) == Some(own))
 }
 
 #[cfg(test)]
@@ -111,13 +104,13 @@ mod tests {
     use super::*;
 
     #[test]
-    fn runs_that_differ_in_tolerance_alone_are_a_chain() {
-        let csv = b"method,setting,tolerance_px,error_px_p99,triangles_mean\ntin,a=1,1,0.5,100\nrqt,,1,0.4,90\ntin,a=1,2,1.5,\ntin,a=1,4,3,20\n";
+    fn what_was_not_measured_has_no_mark() {
+        let csv = b"method,error_px_p99,frame_ms_p50,frame_ms_p50_low,frame_ms_p50_high\ntin,0.5,10,9,12\nrqt,0.4,,,\nhtp,3,20,,\n";
         let summary = Sheet::parse("", csv).unwrap();
-        let run = |row| Run { label: String::new(), stem: None, rows: vec![row] };
-        let runs: Vec<Run> = (0..4).map(run).collect();
-        let points = points(&TRIANGLES, "error_px_p99", &summary, &runs).unwrap();
-        let found: Vec<_> = points.iter().map(|point| (point.run, point.chain)).collect();
-        assert_eq!(found, [(0, Some(0)), (1, Some(1)), (3, Some(0))], "and what was not measured has no mark");
+        let run = |row| Run { rows: vec![row], ..Default::default() };
+        let runs: Vec<Run> = (0..3).map(run).collect();
+        let points = points(&FRAME_TIME, "error_px_p99", &summary, &runs).unwrap();
+        let found: Vec<_> = points.iter().map(|point| (point.run, point.interval)).collect();
+        assert_eq!(found, [(0, Some([9.0, 12.0])), (2, None)]);
     }
 }

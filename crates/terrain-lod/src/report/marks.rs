@@ -1,15 +1,17 @@
 //! What charts show: lines and scattered points.
 
+use std::collections::BTreeMap;
 use std::fmt::Write;
 
 use crate::report::axis::Axis;
-use crate::report::chart::{X_ENDS, Y_ENDS, classes, marker};
+use crate::report::chart::{X_ENDS, Y_ENDS};
 use crate::report::html::{digits, escape};
+use crate::report::look::Look;
 use crate::report::runs::Run;
 
 /// A run's line: x, and y where there is one.
 pub struct Series {
-    pub run: usize,
+    pub look: Look,
     pub points: Vec<(f64, Option<f64>)>,
 }
 
@@ -24,12 +26,14 @@ pub fn values(series: &[Series]) -> impl Iterator<Item = f64> + Clone {
     series.iter().flat_map(|series| series.points.iter().filter_map(|(_, y)| *y))
 }
 
-/// The lines, later runs above earlier ones. `steps`: a value holds until the next x.
+/// The lines. `steps`: a value holds until the next x.
 pub fn lines(all: &[Series], [x, y]: [&Axis; 2], steps: bool) -> String {
+    let mut from_below: Vec<&Series> = all.iter().collect();
+    from_below.sort_by_key(|series| series.look.layer());
     let mut text = String::new();
-    for series in all {
+    for series in from_below {
         let path = path(&series.points, [x, y], steps);
-        let _ = writeln!(text, "<g class=\"{}\"><path class=\"line\" d=\"{path}\"/></g>", classes(series.run));
+        let _ = writeln!(text, "<g class=\"{}\"><path class=\"line\" d=\"{path}\"/></g>", series.look.classes());
     }
     text
 }
@@ -61,21 +65,20 @@ pub struct Point {
     pub y: f64,
     /// Of y.
     pub interval: Option<[f64; 2]>,
-    /// Points that share a chain are joined by a line: one method at several tolerances.
-    pub chain: Option<usize>,
 }
 
-/// The points with their intervals, and a label beside each that has room for one.
+/// The points with their intervals, a line through each family, and a label beside each that has room for one.
 pub fn scatter(points: &[Point], runs: &[Run], [x, y]: [&Axis; 2]) -> String {
     let places: Vec<[f64; 2]> = points.iter().map(|point| [x.at(point.x), y.at(point.y)]).collect();
-    let mut text = chains(points, &places);
+    let mut text = chains(points, &places, runs);
     let labels = place_labels(points, &places, runs);
     for ((point, place), label) in points.iter().zip(&places).zip(labels) {
-        let name = escape(&runs[point.run].label);
-        let _ = write!(text, "<g class=\"{}\">", classes(point.run));
+        let Run { look, label: name, .. } = &runs[point.run];
+        let name = escape(name);
+        let _ = write!(text, "<g class=\"{}\">", look.classes());
         let _ = write!(text, "<title>{name}: {}, {}</title>", digits(point.x), digits(point.y));
         text += &point.interval.map_or_else(String::new, |ends| whisker(place[0], ends.map(|end| y.at(end))));
-        text += &marker(point.run, *place);
+        text += &look.marker(*place);
         if let Some((at, anchor)) = label {
             let _ = write!(
                 text,
@@ -95,24 +98,22 @@ fn whisker(x: f64, [low, high]: [f64; 2]) -> String {
     )
 }
 
-fn chains(points: &[Point], places: &[[f64; 2]]) -> String {
+fn chains(points: &[Point], places: &[[f64; 2]], runs: &[Run]) -> String {
+    let mut families: BTreeMap<usize, Vec<[f64; 2]>> = BTreeMap::new();
+    for (point, place) in points.iter().zip(places) {
+        families.entry(runs[point.run].look.family).or_default().push(*place);
+    }
     let mut text = String::new();
-    let last = points.iter().filter_map(|point| point.chain).max();
-    for chain in 0..last.map_or(0, |last| last + 1) {
-        let mut links: Vec<[f64; 2]> = points
-            .iter()
-            .zip(places)
-            .filter(|(point, _)| point.chain == Some(chain))
-            .map(|(_, place)| *place)
-            .collect();
+    for links in families.values_mut().filter(|links| links.len() > 1) {
         links.sort_by(|a, b| a[0].total_cmp(&b[0]));
         let links: Vec<String> = links.iter().map(|[x, y]| format!("{x:.1} {y:.1}")).collect();
-        if links.len() > 1 {
-            let _ = writeln!(text, "<path class=\"chain\" d=\"M{}\"/>", links.join("L"));
-        }
+        let _ = writeln!(text, "<path class=\"chain\" d=\"M{}\"/>", links.join("L"));
     }
     text
 }
+
+/// About the width of a letter, at the size that `page.css` gives labels on narrow screens.
+const LETTER: f64 = 7.4;
 
 /// Left, top, right, bottom.
 type Box4 = [f64; 4];
@@ -123,8 +124,7 @@ fn place_labels(points: &[Point], places: &[[f64; 2]], runs: &[Run]) -> Vec<Opti
     let mut taken: Vec<Box4> = places.iter().map(|[x, y]| [x - 5.0, y - 5.0, x + 5.0, y + 5.0]).collect();
     let mut labels = Vec::with_capacity(points.len());
     for (point, [x, y]) in points.iter().zip(places) {
-        // About the width of a letter at the size in `chart.css`.
-        let width = runs[point.run].label.chars().count() as f64 * 6.4;
+        let width = runs[point.run].label.chars().count() as f64 * LETTER;
         let choices = [
             ([x + 8.0, y + 4.0], "start", x + 8.0),
             ([x - 8.0, y + 4.0], "end", x - 8.0 - width),
@@ -132,7 +132,7 @@ fn place_labels(points: &[Point], places: &[[f64; 2]], runs: &[Run]) -> Vec<Opti
             ([*x, y + 17.0], "middle", x - width / 2.0),
         ];
         let found = choices.into_iter().find_map(|(at, anchor, left)| {
-            let space = [left, at[1] - 10.0, left + width, at[1] + 3.0];
+            let space = [left, at[1] - 11.0, left + width, at[1] + 3.0];
             is_free(&space, &taken).then_some((at, anchor, space))
         });
         labels.push(found.map(|(at, anchor, space)| {
@@ -170,15 +170,10 @@ mod tests {
 
     #[test]
     fn labels_never_cover_each_other() {
-        let run = |i| Run { label: format!("method {i}"), stem: None, rows: vec![] };
+        let run = |i| Run { label: format!("method {i}"), ..Default::default() };
         let runs: Vec<Run> = (0..60).map(run).collect();
-        let point = |i: usize| Point {
-            run: i,
-            x: 1.0 + (i % 7) as f64 / 9.0,
-            y: 1.0 + (i % 4) as f64 / 30.0,
-            interval: None,
-            chain: None,
-        };
+        let point =
+            |i: usize| Point { run: i, x: 1.0 + (i % 7) as f64 / 9.0, y: 1.0 + (i % 4) as f64 / 30.0, interval: None };
         let points: Vec<Point> = (0..60).map(point).collect();
         let [x, y] = axes(&[2.0]);
         let places: Vec<[f64; 2]> = points.iter().map(|point| [x.at(point.x), y.at(point.y)]).collect();
@@ -187,13 +182,13 @@ mod tests {
             .zip(&runs)
             .filter_map(|(label, run)| {
                 let (at, anchor) = label?;
-                let width = run.label.len() as f64 * 6.4;
+                let width = run.label.len() as f64 * LETTER;
                 let left = match anchor {
                     "start" => at[0],
                     "end" => at[0] - width,
                     _ => at[0] - width / 2.0,
                 };
-                Some([left, at[1] - 10.0, left + width, at[1] + 3.0])
+                Some([left, at[1] - 11.0, left + width, at[1] + 3.0])
             })
             .collect();
         assert!(labels.len() > 5);

@@ -13,6 +13,7 @@ mod facts;
 mod folder;
 mod headline;
 mod html;
+mod look;
 mod markdown;
 mod marks;
 mod page;

@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use crate::fault::Fault;
-use crate::report::chart::{CHART_CSS, Chart, swatch};
+use crate::report::chart::{CHART_CSS, Chart};
 use crate::report::html::escape;
 use crate::report::{Report, facts, headline, markdown, pictures, tables};
 
@@ -73,7 +73,7 @@ fn sections(report: &Report, with_pictures: bool) -> Result<Vec<Section>, Fault>
     ])
 }
 
-const FLOWN: &str = "All runs flew the same frames over the same elevation data. Errors and counts are the same on every machine, times are this one's.";
+const FLOWN: &str = "All runs flew the same frames over the same elevation data. Errors and counts of the error pass are the same on every machine; times are this one's.";
 const SUMMARY: &str = "A row for each run and tolerance. What was not measured is empty. An interval holds the median with \
     95 % confidence, over the repeats.";
 const DISTRIBUTIONS: &str = "How many percent of the frames, of all repeats together, took at most a time: a line further \
@@ -121,7 +121,7 @@ fn legend(report: &Report) -> String {
         let _ = writeln!(
             text,
             "<label><input type=\"checkbox\" id=\"run{i}\" checked autocomplete=\"off\">{}<span>{label}</span></label>",
-            swatch(i, &run.label)
+            run.look.swatch(&run.label)
         );
     }
     text + "</div></details>\n"

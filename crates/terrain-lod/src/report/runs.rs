@@ -2,10 +2,13 @@
 
 use crate::fault::Fault;
 use crate::report::folder::Folder;
+use crate::report::look::Look;
 use crate::report::sheet::Sheet;
 
-/// A run, by its position in the report's list, which also gives it colour, dashes and marker.
+/// A run.
+#[derive(Default)]
 pub struct Run {
+    pub look: Look,
     /// Short, and no other run's.
     pub label: String,
     /// The name that its files share; `None` where it left none.
@@ -29,14 +32,30 @@ pub fn of(folder: &Folder) -> Vec<Run> {
         let stem = stem_of(&folder.summary, row, &stems).map(str::to_owned);
         match runs.iter_mut().find(|run| stem.is_some() && run.stem == stem) {
             Some(run) => run.rows.push(row),
-            None => runs.push(Run { label: String::new(), stem, rows: vec![row] }),
+            None => runs.push(Run { stem, rows: vec![row], ..Default::default() }),
         }
     }
     let is_new = |stem: &&&str| !runs.iter().any(|run| run.stem.as_deref() == Some(**stem));
     let others: Vec<String> = stems.iter().filter(is_new).map(|stem| stem.to_string()).collect();
-    runs.extend(others.into_iter().map(|stem| Run { label: stem.clone(), stem: Some(stem), rows: Vec::new() }));
+    runs.extend(others.into_iter().map(|stem| Run { label: stem.clone(), stem: Some(stem), ..Default::default() }));
     label(&folder.summary, &mut runs);
+    dress(&folder.summary, &mut runs);
     runs
+}
+
+/// Gives the runs their looks: a family is of one method and setting.
+fn dress(summary: &Sheet, runs: &mut [Run]) {
+    let mut families: Vec<(Option<[&str; 2]>, usize)> = Vec::new();
+    for (i, run) in runs.iter_mut().enumerate() {
+        let kind = run.rows.first().map(|row| [summary.text(*row, "method"), summary.text(*row, "setting")]);
+        let known = families.iter().position(|(other, _)| kind.is_some() && *other == kind);
+        let family = known.unwrap_or(families.len());
+        if known.is_none() {
+            families.push((kind, 0));
+        }
+        run.look = Look { run: i, family, rank: families[family].1 };
+        families[family].1 += 1;
+    }
 }
 
 /// The files of a row: those that its column `run` names or, in folders without that column, the one name of which every
@@ -209,6 +228,16 @@ mod tests {
             "zzz-of-a-later-version",
         ];
         assert_eq!(labels, expected);
+    }
+
+    #[test]
+    fn runs_that_differ_in_tolerance_alone_are_a_family() {
+        let csv = b"method,setting,tolerance_px\ntin,a=1,1\nrqt,,1\ntin,a=1,2\ntin,a=2,4\n";
+        let mut runs: Vec<Run> =
+            (0..5).map(|i| Run { rows: (i < 4).then_some(i).into_iter().collect(), ..Default::default() }).collect();
+        dress(&Sheet::parse("", csv).unwrap(), &mut runs);
+        let looks: Vec<_> = runs.iter().map(|run| (run.look.run, run.look.family, run.look.rank)).collect();
+        assert_eq!(looks, [(0, 0, 0), (1, 1, 0), (2, 0, 1), (3, 2, 0), (4, 3, 0)]);
     }
 
     #[test]

@@ -3,7 +3,6 @@
 
 use crate::fault::Fault;
 use crate::report::Report;
-use crate::report::chart::swatch;
 use crate::report::html::{Column, digits, escape, group, table};
 use crate::report::markdown::{self, Block, Table, inline};
 
@@ -87,7 +86,6 @@ fn row_of(report: &Report, cells: &[String]) -> Option<usize> {
 
 /// The mark and label of the run that has a row.
 fn mark(report: &Report, row: usize) -> Option<String> {
-    let run = report.runs.iter().position(|run| run.rows.contains(&row))?;
-    let label = &report.runs[run].label;
-    Some(format!("{} {}", swatch(run, label), escape(label)))
+    let run = report.runs.iter().find(|run| run.rows.contains(&row))?;
+    Some(format!("{} {}", run.look.swatch(&run.label), escape(&run.label)))
 }
