@@ -122,5 +122,9 @@
     update();
     cut(50);
   }
+  // On paper nothing can be unfolded.
+  addEventListener("beforeprint", () => {
+    document.querySelectorAll("#facts details").forEach((details) => { details.open = true; });
+  });
   root.dataset.script = "ready";
 })();
