@@ -1,4 +1,4 @@
-// Terrain from either vertex kind: two vertex entry points, one fragment stage, and one for the wireframe.
+// Terrain from either vertex kind: three vertex entry points, one fragment stage, and one for the wireframe.
 //
 // World axes: x east, y up, z south, in metres. Positions are relative to the eye.
 // Depth is reversed: 1 at the near plane, 0 at infinity.
@@ -18,12 +18,18 @@ struct Frame {
     normals: u32,
     spacing_px_at_1_m: f32,
     mean_leg_px: f32,
-    padding: u32,
+    // `Morph`; all 0 where a plan has none.
+    morph_reach_m: f32,
+    morph_k: i32,
+    morph_levels: i32,
+    padding: vec2<u32>,
 }
 
 const COLOUR_BY_PATCH = 1u;
 const COLOUR_BY_LEVEL = 2u;
 const NORMALS_PER_VERTEX = 1u;
+const MORPH_START = 0.7;
+const MORPH_END = 0.95;
 
 @group(0) @binding(0) var<uniform> frame: Frame;
 @group(0) @binding(1) var heights: texture_2d<f32>;
@@ -46,9 +52,13 @@ struct Corner {
 // ---- vertices --------------------------------------------------------------------------------------------------------
 
 // The whole part of the difference is taken in integers, so nothing is lost far from the DEM's origin.
-fn corner(column_row: vec2<i32>, height_m: f32, tag: u32) -> Corner {
+fn relative_to_eye(column_row: vec2<i32>, height_m: f32) -> vec3<f32> {
     let ground_m = vec2<f32>(column_row - frame.eye_sample) * frame.spacing_m - frame.eye_remainder_m;
-    let position_eye = vec3<f32>(ground_m.x, height_m - frame.eye_height_m, ground_m.y);
+    return vec3<f32>(ground_m.x, height_m - frame.eye_height_m, ground_m.y);
+}
+
+fn corner(column_row: vec2<i32>, height_m: f32, tag: u32) -> Corner {
+    let position_eye = relative_to_eye(column_row, height_m);
     let position_clip = frame.clip_from_eye * vec4<f32>(position_eye, 1.0);
     var normal_source = vec2<f32>(column_row);
     if frame.normals == NORMALS_PER_VERTEX {
@@ -67,7 +77,13 @@ fn vertex_baked(
     return corner(vec2<i32>(column_row), height_m, tag);
 }
 
-// `LocalVertex` and `PatchInstance`; the same map as `PatchInstance::sample`.
+// The same map as `PatchInstance::sample`.
+fn sample_of(uv: vec2<u32>, origin: vec2<i32>, leg_u: vec2<i32>, leg_v: vec2<i32>) -> vec2<i32> {
+    let local = vec2<i32>(uv);
+    return clamp(origin + local.x * leg_u + local.y * leg_v, vec2<i32>(0), frame.last_sample);
+}
+
+// `LocalVertex` and `PatchInstance`.
 @vertex
 fn vertex_displaced(
     @location(0) uv: vec2<u32>,
@@ -76,10 +92,57 @@ fn vertex_displaced(
     @location(3) leg_v: vec2<i32>,
     @location(4) tag: u32,
 ) -> Corner {
-    let local = vec2<i32>(uv);
-    let column_row = clamp(origin + local.x * leg_u + local.y * leg_v, vec2<i32>(0), frame.last_sample);
-    let height_m = textureLoad(heights, column_row, 0).r;
-    return corner(column_row, height_m, tag);
+    let column_row = sample_of(uv, origin, leg_u, leg_v);
+    return corner(column_row, height_of(column_row), tag);
+}
+
+fn height_of(column_row: vec2<i32>) -> f32 {
+    return textureLoad(heights, column_row, 0).r;
+}
+
+// The same while levels glide into one another.
+@vertex
+fn vertex_morphed(
+    @location(0) uv: vec2<u32>,
+    @location(1) origin: vec2<i32>,
+    @location(2) leg_u: vec2<i32>,
+    @location(3) leg_v: vec2<i32>,
+    @location(4) tag: u32,
+) -> Corner {
+    let column_row = sample_of(uv, origin, leg_u, leg_v);
+    return corner(column_row, morphed_height_m(column_row), tag);
+}
+
+// As `Morph::height_m`.
+fn morphed_height_m(column_row: vec2<i32>) -> f32 {
+    let own_m = height_of(column_row);
+    var side = frame.morph_k;
+    var reach_m = frame.morph_reach_m;
+    for (var level = 0; level < frame.morph_levels; level++) {
+        if any((column_row % side != vec2<i32>(0)) & (column_row != frame.last_sample)) {
+            let distance_m = length(relative_to_eye(column_row, own_m));
+            let share = clamp((distance_m / reach_m - MORPH_START) / (MORPH_END - MORPH_START), 0.0, 1.0);
+            return (1.0 - share) * own_m + share * morph_target_m(column_row, side);
+        }
+        side *= frame.morph_k;
+        reach_m *= f32(frame.morph_k);
+    }
+    return own_m;
+}
+
+// The height of a mesh with squares of `side` intervals, clamped to the DEM.
+fn morph_target_m(column_row: vec2<i32>, side: i32) -> f32 {
+    let first = column_row / side * side;
+    let end = min(first + side, frame.last_sample);
+    let uv = vec2<f32>(column_row - first) / vec2<f32>(max(end - first, vec2<i32>(1)));
+    let north_east_m = height_of(vec2<i32>(end.x, first.y));
+    let south_west_m = height_of(vec2<i32>(first.x, end.y));
+    if uv.x + uv.y <= 1.0 {
+        let apex_m = height_of(first);
+        return apex_m + uv.x * (north_east_m - apex_m) + uv.y * (south_west_m - apex_m);
+    }
+    let apex_m = height_of(end);
+    return apex_m + (1.0 - uv.x) * (south_west_m - apex_m) + (1.0 - uv.y) * (north_east_m - apex_m);
 }
 
 // ---- colours ---------------------------------------------------------------------------------------------------------

@@ -29,6 +29,7 @@
 //!   three collapsed sides can never be drawn, so that 7 are in use (`blocks`, `border`);
 //! - the whole DEM is in memory, and cells are not loaded (`method`);
 //! - no threads: levels are computed within the plan, and only those that the view may have changed (`terrain_core::odometer`);
+//! - levels that glide into one another, where the paper's pop (`geomorph`);
 //! - besides one draw a patch, one draw a cell (`merged_cell`) and instances (`instanced`).
 
 mod blocks;
@@ -40,6 +41,7 @@ mod checks;
 mod closure;
 mod deviation;
 mod errors;
+mod geomorph;
 mod grid;
 mod in_sight;
 mod instanced;

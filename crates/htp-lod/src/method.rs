@@ -3,6 +3,7 @@
 use crate::blocks::{Blocks, local_vertices};
 use crate::cell_vertices::CellVertices;
 use crate::errors::ErrorTable;
+use crate::geomorph;
 use crate::grid::Grid;
 use crate::instanced::Instanced;
 use crate::levels::Levels;
@@ -158,6 +159,7 @@ impl LodMethod for Htp {
         self.select_patches(view);
         self.merge_vertex_buffers(plan); // phase 5
         self.render(plan); // phase 6
+        plan.morph = self.options.geomorph.then(|| geomorph::morph(&self.options, &self.grid, view));
     }
 }
 
@@ -165,5 +167,7 @@ impl LodMethod for Htp {
 mod bound_tests;
 #[cfg(test)]
 mod follow_tests;
+#[cfg(test)]
+mod glide_tests;
 #[cfg(test)]
 mod mesh_tests;

@@ -52,6 +52,9 @@ pub struct Options {
     pub tolerance_px: f64,
     /// How the visible patches reach the GPU; default [`Batching::PerPatch`].
     pub batching: Batching,
+    /// Whether levels glide into one another instead of popping ([`Morph`](terrain_core::Morph)); default `false`.
+    /// For [`LevelMetric::Distance`] with [`Batching::Instanced`]: see `geomorph` for why no other.
+    pub geomorph: bool,
 }
 
 impl Default for Options {
@@ -63,6 +66,7 @@ impl Default for Options {
             leg_px: 8.0,
             tolerance_px: 1.0,
             batching: Batching::default(),
+            geomorph: false,
         }
     }
 }
@@ -91,6 +95,12 @@ impl Options {
         // Steps along a patch's legs travel to the GPU as 16-bit integers.
         if coarsest_step(k, layers) > i16::MAX as u64 {
             return Err(HtpError::Step { k, layers });
+        }
+        if self.geomorph && self.metric != LevelMetric::Distance {
+            return Err(HtpError::GeomorphMetric);
+        }
+        if self.geomorph && self.batching != Batching::Instanced {
+            return Err(HtpError::GeomorphBatching);
         }
         let is_length = |px: f64| px > 0.0 && px.is_finite();
         if !is_length(leg_px) {
@@ -123,6 +133,14 @@ pub enum HtpError {
     /// [`Options::tolerance_px`] not positive or not finite.
     #[error("tolerance of {0} px: expected a positive, finite number")]
     TolerancePx(f64),
+    /// [`Options::geomorph`] with levels that do not go by the distance alone.
+    #[error(
+        "geomorph needs the metric distance: other levels end at distances that a vertex shared by patches cannot know"
+    )]
+    GeomorphMetric,
+    /// [`Options::geomorph`] with vertices that have heights of their own.
+    #[error("geomorph needs the batching instanced: vertices with heights of their own cannot glide")]
+    GeomorphBatching,
     /// The coarsest step, `k^(layers - 1)` sample intervals, is too long.
     #[error("k of {k} with {layers} layers makes steps of {step} sample intervals: expected at most {max}",
         step = coarsest_step(*.k, *.layers), max = i16::MAX)]
@@ -158,6 +176,13 @@ mod tests {
         assert_eq!(refuse(Options { layers: 7, ..good }), "7 layers: expected 1 to 6");
         let steps = "k of 9 with 6 layers makes steps of 59049 sample intervals: expected at most 32767";
         assert_eq!(refuse(Options { k: 9, layers: 6, ..good }), steps);
+        let gliding = Options { geomorph: true, ..Options::bounded() };
+        assert!(refuse(gliding).starts_with("geomorph needs the metric distance"));
+        let gliding = Options { metric: LevelMetric::Distance, ..gliding };
+        assert_eq!(gliding.validate(), Ok(()));
+        assert!(
+            refuse(Options { batching: Batching::MergedCell, ..gliding }).starts_with("geomorph needs the batching")
+        );
         for px in [0.0, -1.0, f64::NAN, f64::INFINITY] {
             let expected = format!("{px} px: expected a positive, finite number");
             assert_eq!(refuse(Options { leg_px: px, ..good }), format!("leg of {expected}"));

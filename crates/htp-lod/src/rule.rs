@@ -110,6 +110,6 @@ fn answer(distance_m: f64, reach_m: f64) -> Answer {
 
 /// The distance in metres at which `length_m` covers `length_px`: distance and pixels trade places in
 /// [`View::pixels`].
-fn reach_m(view: &View, length_m: f64, length_px: f64) -> f64 {
+pub(crate) fn reach_m(view: &View, length_m: f64, length_px: f64) -> f64 {
     view.pixels(length_m, length_px)
 }

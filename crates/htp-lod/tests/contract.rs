@@ -48,6 +48,24 @@ fn levels_by_box() {
     check(terrain(193, 250, [30.0, 25.0]), options, 30, LISTS_BY_DISTANCE);
 }
 
+/// Levels that glide into one another: all that share a vertex agree on its height, whatever the mix of levels. The last
+/// two have rings that are narrower than a patch, so that corners glide while finer patches are drawn beside them.
+#[test]
+fn levels_that_glide_share_the_heights_of_their_vertices() {
+    let check = |heightmap: Heightmap, options: Options, frames: u32, lists: usize| {
+        let (heightmap, seed) = (Arc::new(heightmap), options.k as u64);
+        let seen = seen::levels_and_lists(&heightmap, options, seed, frames);
+        assert_eq!(seen, [options.layers as usize, lists], "levels and index lists in sight");
+        let options = Options { batching: Batching::Instanced, geomorph: true, ..options };
+        let build = |_threads| -> Box<dyn LodMethod> { Box::new(Htp::new(heightmap.clone(), options).unwrap()) };
+        contract::check_morphed(&heightmap, build, seed, frames, options.k.pow(options.layers - 1));
+    };
+    check(terrain(193, 250, [30.0, 25.0]), options(3, 3, 30.0), 30, LISTS_BY_DISTANCE);
+    check(terrain(54, 29, [10.0, 40.0]), options(4, 2, 600.0), 60, LISTS_BY_DISTANCE);
+    check(terrain(97, 70, [30.0, 30.0]), options(2, 6, 350.0), 60, ALL_LISTS);
+    check(terrain(134, 115, [80.0, 80.0]), options(3, 3, 45.0), 60, LISTS_BY_DISTANCE);
+}
+
 fn options(k: u32, layers: u32, leg_px: f64) -> Options {
     Options { k, layers, leg_px, ..Options::default() }
 }

@@ -14,14 +14,27 @@ pub fn check(heightmap: &Heightmap, build: impl Fn(usize) -> Box<dyn LodMethod>,
 /// As [`check`], for a method that smooths: vertices may have other heights than the DEM, but all of one sample have
 /// the same, and it lies within those of the sample and its 8 neighbours.
 pub fn check_smoothed(heightmap: &Heightmap, build: impl Fn(usize) -> Box<dyn LodMethod>, seed: u64, frames: u32) {
-    check_heights(heightmap, &build, seed, frames, Heights::Smoothed);
+    check_heights(heightmap, &build, seed, frames, Heights::Within(1));
+}
+
+/// As [`check`], for a method that draws levels on their way into one another: vertices may have other heights than the
+/// DEM, but all of one sample have the same, and it lies within those of the samples up to `side` intervals away.
+pub fn check_morphed(
+    heightmap: &Heightmap,
+    build: impl Fn(usize) -> Box<dyn LodMethod>,
+    seed: u64,
+    frames: u32,
+    side: u32,
+) {
+    check_heights(heightmap, &build, seed, frames, Heights::Within(side));
 }
 
 /// What heights vertices may have.
 #[derive(Clone, Copy)]
 enum Heights {
     OfTheDem,
-    Smoothed,
+    /// Those of the samples up to so many intervals away.
+    Within(u32),
 }
 
 fn check_heights(
@@ -108,7 +121,7 @@ pub fn check_live(heightmap: &Heightmap, mut method: Box<dyn LodMethod>, seed: u
 
 /// Equal in all that reaches the GPU; work reports hold times.
 fn same_bytes(a: &FramePlan, b: &FramePlan) -> bool {
-    (&a.growths, &a.uploads, &a.bytes, &a.draws) == (&b.growths, &b.uploads, &b.bytes, &b.draws)
+    (&a.growths, &a.uploads, &a.bytes, &a.draws, &a.morph) == (&b.growths, &b.uploads, &b.bytes, &b.draws, &b.morph)
 }
 
 /// A method with its mirror and oracles.
@@ -173,7 +186,7 @@ impl<'a> Subject<'a> {
     fn assert_heights(&self, at: &str) {
         match self.heights {
             Heights::OfTheDem => self.assert_heights_of_the_dem(at),
-            Heights::Smoothed => self.assert_smoothed_heights(at),
+            Heights::Within(side) => self.assert_heights_of_samples_around(side, at),
         }
     }
 
@@ -184,23 +197,28 @@ impl<'a> Subject<'a> {
         }
     }
 
-    fn assert_smoothed_heights(&self, at: &str) {
+    fn assert_heights_of_samples_around(&self, side: u32, at: &str) {
         let mut seen_m = vec![f32::NAN; self.heightmap.heights_m().len()];
         for triangle in self.mirror.triangles() {
             for (sample, height_m) in triangle.samples.into_iter().zip(triangle.heights_m) {
                 let seen_m = &mut seen_m[self.heightmap.index(sample) as usize];
                 assert!(seen_m.is_nan() || *seen_m == height_m, "{at}: two heights at {sample:?}");
                 *seen_m = height_m;
-                let [low_m, high_m] = self.heights_around(sample);
-                assert!((low_m..=high_m).contains(&height_m), "{at}: a height out of its neighbours' at {sample:?}");
+                let [low_m, high_m] = self.heights_around(sample, side);
+                // Means of equal heights may be rounded away from them.
+                let slack_m = 4.0 * f32::EPSILON * low_m.abs().max(high_m.abs());
+                assert!(
+                    (low_m - slack_m..=high_m + slack_m).contains(&height_m),
+                    "{at}: a height out of its neighbours' at {sample:?}"
+                );
             }
         }
     }
 
-    /// The lowest and the highest of a sample and its neighbours.
-    fn heights_around(&self, Sample { column, row }: Sample) -> [f32; 2] {
-        let first = Sample { column: column.saturating_sub(1), row: row.saturating_sub(1) };
-        self.heightmap.height_range_m(first, Sample { column: column + 1, row: row + 1 })
+    /// The lowest and the highest of a sample and those up to `side` intervals away.
+    fn heights_around(&self, Sample { column, row }: Sample, side: u32) -> [f32; 2] {
+        let first = Sample { column: column.saturating_sub(side), row: row.saturating_sub(side) };
+        self.heightmap.height_range_m(first, Sample { column: column + side, row: row + side })
     }
 }
 
@@ -319,19 +337,19 @@ mod tests {
 
     #[test]
     fn a_height_between_its_neighbours_is_wrong_but_where_heights_are_smoothed() {
-        check_faulty_heights(Wrong::Height, Heights::Smoothed);
+        check_faulty_heights(Wrong::Height, Heights::Within(1));
     }
 
     #[test]
     #[should_panic(expected = "a height out of its neighbours'")]
     fn a_smoothed_height_that_no_mean_can_have() {
-        check_faulty_heights(Wrong::HeightOutOfRange, Heights::Smoothed);
+        check_faulty_heights(Wrong::HeightOutOfRange, Heights::Within(1));
     }
 
     #[test]
     #[should_panic(expected = "two heights at")]
     fn two_smoothed_heights_of_one_sample() {
-        check_faulty_heights(Wrong::TwoHeights, Heights::Smoothed);
+        check_faulty_heights(Wrong::TwoHeights, Heights::Within(1));
     }
 
     macro_rules! notices {

@@ -9,7 +9,8 @@ use crate::{BufferSizes, FramePlan, View};
 /// 1. Draws touch only bytes that this or an earlier plan uploaded.
 /// 2. Draws are triangle lists, counter-clockwise seen from above; vertices are DEM samples with the DEM's heights;
 ///    areas are positive (zero is allowed on the DEM's outline, and where two corners are one sample). Heights that are
-///    smoothed on purpose pass [`contract::check_smoothed`](crate::contract::check_smoothed) instead.
+///    smoothed on purpose pass [`contract::check_smoothed`](crate::contract::check_smoothed) instead, those of plans
+///    with a [`Morph`](crate::Morph) [`contract::check_morphed`](crate::contract::check_morphed).
 /// 3. With culling off the triangles are watertight and cover the DEM exactly once, in every frame. With culling on
 ///    they are those that may be in view.
 /// 4. The plan is a pure function of construction and the views so far, byte for byte, on any number of threads

@@ -4,8 +4,8 @@ use std::borrow::Cow;
 use std::ops::Range;
 
 use crate::{
-    BakedVertex, Buffer, BufferSizes, Draw, FramePlan, Growth, Heightmap, IndexFormat, LocalVertex, PatchInstance,
-    Sample, Upload, VertexKind,
+    BakedVertex, Buffer, BufferSizes, Draw, FramePlan, Growth, Heightmap, IndexFormat, LocalVertex, Morph,
+    PatchInstance, Sample, Upload, VertexKind,
 };
 
 /// A triangle as the GPU would draw it, its corners at samples of the DEM.
@@ -74,6 +74,7 @@ pub struct MeshMirror<'a> {
     indices: Words,
     instances: Words,
     draws: Vec<Draw>,
+    morph: Option<Morph>,
     triangles: Vec<Triangle>,
     degenerate: Vec<Triangle>,
 }
@@ -89,6 +90,7 @@ impl<'a> MeshMirror<'a> {
             indices: Words::new(sizes.indices),
             instances: Words::new(sizes.instances),
             draws: Vec::new(),
+            morph: None,
             triangles: Vec::new(),
             degenerate: Vec::new(),
         }
@@ -102,13 +104,14 @@ impl<'a> MeshMirror<'a> {
         for upload in &plan.uploads {
             self.words_mut(upload.buffer).write(upload, plan.bytes_of(upload))?;
         }
-        if plan.uploads.is_empty() && plan.draws == self.draws {
+        if plan.uploads.is_empty() && plan.draws == self.draws && plan.morph == self.morph {
             return Ok(false);
         }
         // Forgotten until all is expanded: a plan that is refused must not look unchanged the next time.
         self.draws.clear();
         self.triangles.clear();
         self.degenerate.clear();
+        self.morph = plan.morph;
         for draw in &plan.draws {
             self.expand(draw)?;
         }
@@ -179,9 +182,14 @@ impl<'a> MeshMirror<'a> {
                 return Err(MirrorError::OutsideDem { draw: draw.clone(), sample });
             }
             triangle.samples[i] = sample;
-            triangle.heights_m[i] = height_m.unwrap_or_else(|| self.heightmap.height_m(sample));
+            triangle.heights_m[i] = height_m.unwrap_or_else(|| self.scene_height_m(sample));
         }
         Ok(triangle)
+    }
+
+    /// The DEM's height, or where a plan moves it to.
+    fn scene_height_m(&self, at: Sample) -> f32 {
+        self.morph.map_or_else(|| self.heightmap.height_m(at), |morph| morph.height_m(self.heightmap, at))
     }
 
     /// Sample of a vertex and, where it is baked, its height; nothing where no upload has written it.
@@ -344,6 +352,27 @@ mod tests {
         let corners: Vec<_> = mirror.triangles().iter().map(|t| t.samples).collect();
         assert_eq!(corners, [[sample(1, 0), sample(1, 1), sample(2, 0)], [sample(2, 1), sample(2, 0), sample(0, 1)]]);
         assert_eq!(mirror.triangles()[0].heights_m, [1.0, 4.0, 2.0]);
+    }
+
+    #[test]
+    fn a_plan_that_moves_heights_alone_changes_the_mesh() {
+        let dem = Heightmap::new(3, 2, [1.0; 2], vec![0.0, 9.0, 0.0, 0.0, 9.0, 0.0]).unwrap();
+        let sizes =
+            BufferSizes { vertex_kind: VertexKind::Displaced, vertices: 12, indices: 12, instances: 20, ..BAKED };
+        let mut plan = FramePlan::default();
+        plan.upload(Buffer::Vertices, 0, &[[0, 0], [1, 0], [0, 1]].map(|uv| LocalVertex { uv }));
+        plan.upload(Buffer::Indices, 0, &[0u32, 1, 2]);
+        plan.upload(Buffer::Instances, 0, &[PatchInstance { origin: [0, 0], leg_u: [0, 1], leg_v: [1, 0], tag: 0 }]);
+        plan.draws.push(Draw { indices: 0..3, base_vertex: 0, instances: 0..1 });
+        let mut mirror = MeshMirror::new(&sizes, &dem);
+        let mut heights_m = |plan: &FramePlan| (mirror.replay(plan), mirror.triangles()[0].heights_m);
+        assert_eq!(heights_m(&plan), (Ok(true), [0.0, 0.0, 9.0]));
+        plan.uploads.clear();
+        plan.morph = Some(Morph { eye_world: [0.0, 50.0, 0.0], k: 2, levels: 1, reach_m: 10.0 });
+        assert_eq!(heights_m(&plan), (Ok(true), [0.0, 0.0, 0.0]));
+        assert_eq!(heights_m(&plan).0, Ok(false));
+        plan.morph = None;
+        assert_eq!(heights_m(&plan), (Ok(true), [0.0, 0.0, 9.0]));
     }
 
     #[test]

@@ -3,6 +3,8 @@
 use std::ops::Range;
 use std::time::Duration;
 
+use crate::Morph;
+
 /// One of the three buffers of a method.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Buffer {
@@ -171,6 +173,8 @@ pub struct FramePlan {
     /// Patches (or groups of such that are drawn as one) drawn for an older view than this frame's, since their updates
     /// have not finished.
     pub stale_patches: u32,
+    /// Moves the DEM's heights under displaced vertices; none where they are drawn as they are.
+    pub morph: Option<Morph>,
 }
 
 impl FramePlan {
@@ -182,6 +186,7 @@ impl FramePlan {
         self.draws.clear();
         self.work.clear();
         self.stale_patches = 0;
+        self.morph = None;
     }
 
     /// Adds a write of plain values at a byte offset. Nothing is added for an empty slice.

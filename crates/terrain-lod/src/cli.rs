@@ -93,6 +93,9 @@ pub struct MethodArgs {
     /// greedy: distance of the camera, in metres, at which the tolerance counts [default: half the DEM's longer side]
     #[arg(long, value_name = "METRES", value_parser = parse_positive)]
     pub distance: Option<f64>,
+    /// htp: let levels glide into one another instead of popping; with the metric distance, instanced
+    #[arg(long)]
+    pub geomorph: bool,
     /// Threads that a method plans on; the result does not depend on it [default: 1]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=256))]
     pub threads: Option<u16>,

@@ -91,6 +91,8 @@ pub struct Settings {
     pub k: u32,
     /// htp: number of layers; by the metric without.
     pub layers: Option<u32>,
+    /// htp by distance, instanced: whether levels glide into one another.
+    pub geomorph: bool,
     /// decimated: grid intervals between the columns, and the rows, that are kept.
     pub step: u32,
     /// greedy: metres from the camera at which the tolerance counts; half of the DEM's longer side without.
@@ -187,6 +189,7 @@ impl Run {
             leg_px,
             tolerance_px,
             batching: self.batching().into(),
+            geomorph: self.settings.geomorph,
         }
     }
 
@@ -257,7 +260,8 @@ impl Run {
             MethodName::Htp | MethodName::HtpInstanced => {
                 let leg = if self.takes_tolerance() { String::new() } else { format!(" leg-px={leg_px}") };
                 let (metric, batching) = (name_of(self.metric()), name_of(self.batching()));
-                format!("metric={metric}{leg} k={k} layers={} batching={batching}", self.layers())
+                let geomorph = if self.settings.geomorph { " geomorph" } else { "" };
+                format!("metric={metric}{leg} k={k} layers={} batching={batching}{geomorph}", self.layers())
             }
             MethodName::FullGrid => "step=1".into(),
             MethodName::Decimated => format!("step={step}"),
@@ -292,7 +296,8 @@ impl Run {
             MethodName::Htp | MethodName::HtpInstanced => {
                 let px = if self.takes_tolerance() { format!("{tolerance_px}px") } else { format!("leg{leg_px}px") };
                 let (metric, batching) = (name_of(self.metric()), name_of(self.batching()));
-                format!("{name}-{metric}-{px}-k{k}-l{}-{batching}", self.layers())
+                let geomorph = if self.settings.geomorph { "-geomorph" } else { "" };
+                format!("{name}-{metric}-{px}-k{k}-l{}-{batching}{geomorph}", self.layers())
             }
             MethodName::FullGrid => name.into(),
             MethodName::Decimated => format!("{name}-step{step}"),

@@ -95,6 +95,8 @@ pub struct Suite {
     pub k: Vec<u32>,
     /// As `--layers`.
     pub layers: Option<u32>,
+    /// As `--geomorph`.
+    pub geomorph: bool,
     /// As `--threads`.
     pub threads: u16,
     /// As `--size`.
@@ -143,6 +145,7 @@ impl Default for Suite {
             batching: Vec::new(),
             k: vec![3],
             layers: None,
+            geomorph: false,
             threads: 1,
             size_px: [640, 360],
             frames: None,
@@ -210,6 +213,7 @@ impl Suite {
         self.group = args.group.or(self.group);
         self.jitter = args.jitter.or(self.jitter);
         self.smoothing |= args.smoothing;
+        self.geomorph |= args.geomorph;
         self.layers = args.layers.or(self.layers);
     }
 
@@ -325,6 +329,7 @@ impl Suite {
             leg_px: self.leg_px[0],
             k: self.k[0],
             layers: self.layers,
+            geomorph: self.geomorph,
             step: self.step[0],
             distance_m: self.distance_m,
             threads: self.threads.into(),

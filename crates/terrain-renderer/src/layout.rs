@@ -38,8 +38,14 @@ pub struct FrameUniforms {
     pub spacing_px_at_1_m: f32,
     /// Legs of the plan's triangles in pixels, if all were alike and filled the picture.
     pub mean_leg_px: f32,
+    /// [`Morph::reach_m`](terrain_core::Morph::reach_m); as the next two 0 where the plan has no morph.
+    pub morph_reach_m: f32,
+    /// [`Morph::k`](terrain_core::Morph::k).
+    pub morph_k: i32,
+    /// [`Morph::levels`](terrain_core::Morph::levels).
+    pub morph_levels: i32,
     /// Up to a multiple of 16 bytes.
-    pub padding: u32,
+    pub padding: [u32; 2],
 }
 
 impl FrameUniforms {
@@ -70,7 +76,10 @@ impl FrameUniforms {
             },
             spacing_px_at_1_m: view.pixels(spacing_m[0].max(spacing_m[1]), 1.0) as f32,
             mean_leg_px: mean_leg_px(view, plan),
-            padding: 0,
+            morph_reach_m: plan.morph.map_or(0.0, |morph| morph.reach_m as f32),
+            morph_k: plan.morph.map_or(0, |morph| morph.k as i32),
+            morph_levels: plan.morph.map_or(0, |morph| morph.levels as i32),
+            padding: [0; 2],
         }
     }
 }

@@ -13,7 +13,7 @@
 use terrain_core::{FramePlan, VertexKind, View};
 use wgpu::TextureFormat;
 
-use crate::pipelines::{PipelineFactory, Pipelines, binding_layout, bindings};
+use crate::pipelines::{HeightSource, PipelineFactory, Pipelines, binding_layout, bindings};
 use crate::submission::draw_one_by_one;
 use crate::{FrameUniforms, Gpu, Look, MethodBuffers, RenderError, Scene, Submission};
 
@@ -23,6 +23,7 @@ pub struct TerrainPass {
     scene: Scene,
     baked: Pipelines,
     displaced: Pipelines,
+    morphed: Pipelines,
     binding_layout: wgpu::BindGroupLayout,
     submission: Submission,
 }
@@ -54,8 +55,9 @@ impl TerrainPass {
         let binding_layout = binding_layout(&gpu.device);
         let factory = PipelineFactory::new(gpu, &binding_layout, colour_format);
         let pass = Self {
-            baked: factory.pipelines(VertexKind::Baked),
-            displaced: factory.pipelines(VertexKind::Displaced),
+            baked: factory.pipelines(HeightSource::Vertex),
+            displaced: factory.pipelines(HeightSource::Scene),
+            morphed: factory.pipelines(HeightSource::Morph),
             scene,
             binding_layout,
             submission: submission.possible_on(gpu),
@@ -129,9 +131,10 @@ impl TerrainPass {
         })
     }
 
-    fn pipelines(&self, kind: VertexKind) -> &Pipelines {
+    fn pipelines(&self, kind: VertexKind, plan: &FramePlan) -> &Pipelines {
         match kind {
             VertexKind::Baked => &self.baked,
+            VertexKind::Displaced if plan.morph.is_some() => &self.morphed,
             VertexKind::Displaced => &self.displaced,
         }
     }
@@ -154,7 +157,7 @@ impl PreparedFrame<'_> {
     }
 
     fn pipelines(&self) -> &Pipelines {
-        self.pass.pipelines(self.buffers.vertex_kind())
+        self.pass.pipelines(self.buffers.vertex_kind(), self.plan)
     }
 
     fn draw_with(&self, pipeline: &wgpu::RenderPipeline, pass: &mut wgpu::RenderPass) -> u32 {

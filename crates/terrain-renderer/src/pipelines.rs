@@ -4,16 +4,28 @@
 //! |---|---|---|---|
 //! | baked | `vertex_baked` | `fragment_terrain` | tested and written |
 //! | displaced | `vertex_displaced` | `fragment_terrain` | tested and written |
+//! | morphed | `vertex_morphed` | `fragment_terrain` | tested and written |
 //! | the same as lines | the same | `fragment_wireframe` | a little nearer, tested |
 
-use terrain_core::{BakedVertex, LocalVertex, PatchInstance, VertexKind};
+use terrain_core::{BakedVertex, LocalVertex, PatchInstance};
 use wgpu::{ShaderStages, TextureFormat, VertexStepMode, vertex_attr_array};
 
 use crate::{FrameUniforms, Gpu, Scene, Target};
 
 const SHADER: &str = include_str!("../../../shaders/terrain.wgsl");
 
-/// The pipelines of one vertex kind.
+/// Where a pipeline's vertices get their heights from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum HeightSource {
+    /// [`VertexKind::Baked`](terrain_core::VertexKind): the vertex.
+    Vertex,
+    /// [`VertexKind::Displaced`](terrain_core::VertexKind): the scene.
+    Scene,
+    /// The same, moved by the plan's [`Morph`](terrain_core::Morph).
+    Morph,
+}
+
+/// The pipelines of one source of heights.
 #[derive(Debug)]
 pub(crate) struct Pipelines {
     pub(crate) fill: wgpu::RenderPipeline,
@@ -116,12 +128,13 @@ impl<'a> PipelineFactory<'a> {
         Self { gpu, shader, layout, colour_format }
     }
 
-    pub(crate) fn pipelines(&self, kind: VertexKind) -> Pipelines {
-        let lines = || self.pipeline(kind, wgpu::PolygonMode::Line);
-        Pipelines { fill: self.pipeline(kind, wgpu::PolygonMode::Fill), lines: self.gpu.facts().wireframe.then(lines) }
+    pub(crate) fn pipelines(&self, source: HeightSource) -> Pipelines {
+        let lines = || self.pipeline(source, wgpu::PolygonMode::Line);
+        let fill = self.pipeline(source, wgpu::PolygonMode::Fill);
+        Pipelines { fill, lines: self.gpu.facts().wireframe.then(lines) }
     }
 
-    fn pipeline(&self, kind: VertexKind, polygon_mode: wgpu::PolygonMode) -> wgpu::RenderPipeline {
+    fn pipeline(&self, source: HeightSource, polygon_mode: wgpu::PolygonMode) -> wgpu::RenderPipeline {
         let as_lines = polygon_mode == wgpu::PolygonMode::Line;
         let fragment = if as_lines { "fragment_wireframe" } else { "fragment_terrain" };
         let target = wgpu::ColorTargetState {
@@ -132,7 +145,7 @@ impl<'a> PipelineFactory<'a> {
         self.gpu.device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
             label: Some(fragment),
             layout: Some(&self.layout),
-            vertex: self.vertex_state(kind),
+            vertex: self.vertex_state(source),
             primitive: wgpu::PrimitiveState { cull_mode: Some(wgpu::Face::Back), polygon_mode, ..Default::default() },
             depth_stencil: Some(depth_state(as_lines)),
             multisample: wgpu::MultisampleState::default(),
@@ -147,7 +160,7 @@ impl<'a> PipelineFactory<'a> {
         })
     }
 
-    fn vertex_state(&self, kind: VertexKind) -> wgpu::VertexState<'_> {
+    fn vertex_state(&self, source: HeightSource) -> wgpu::VertexState<'_> {
         const BAKED: &[Option<wgpu::VertexBufferLayout<'static>>] = &[Some(wgpu::VertexBufferLayout {
             array_stride: size_of::<BakedVertex>() as u64,
             step_mode: VertexStepMode::Vertex,
@@ -165,9 +178,10 @@ impl<'a> PipelineFactory<'a> {
                 attributes: &vertex_attr_array![1 => Sint32x2, 2 => Sint16x2, 3 => Sint16x2, 4 => Uint32],
             }),
         ];
-        let (entry_point, buffers) = match kind {
-            VertexKind::Baked => ("vertex_baked", BAKED),
-            VertexKind::Displaced => ("vertex_displaced", DISPLACED),
+        let (entry_point, buffers) = match source {
+            HeightSource::Vertex => ("vertex_baked", BAKED),
+            HeightSource::Scene => ("vertex_displaced", DISPLACED),
+            HeightSource::Morph => ("vertex_morphed", DISPLACED),
         };
         wgpu::VertexState {
             module: &self.shader,

@@ -3,6 +3,7 @@
 use std::mem::offset_of;
 
 use naga::valid::{Capabilities, ValidationFlags, Validator};
+use terrain_core::Morph;
 use terrain_renderer::FrameUniforms;
 
 /// Name and text of every WGSL file.
@@ -74,6 +75,14 @@ macro_rules! fields {
 }
 
 #[test]
+fn levels_glide_in_the_same_ranges_as_in_the_mirror() {
+    let (_, source) = shaders().into_iter().find(|(name, _)| name.ends_with("terrain.wgsl")).unwrap();
+    for (name, value) in [("MORPH_START", Morph::START), ("MORPH_END", Morph::END)] {
+        assert!(source.contains(&format!("const {name} = {value};")), "{name} is {value}");
+    }
+}
+
+#[test]
 fn frame_uniforms_have_the_layout_of_the_shader() {
     let (name, source) = shaders().into_iter().find(|(name, _)| name.ends_with("terrain.wgsl")).unwrap();
     let module = parse(&name, &source);
@@ -92,6 +101,9 @@ fn frame_uniforms_have_the_layout_of_the_shader() {
         normals,
         spacing_px_at_1_m,
         mean_leg_px,
+        morph_reach_m,
+        morph_k,
+        morph_levels,
         padding
     );
     assert_eq!(in_wgsl, in_rust);

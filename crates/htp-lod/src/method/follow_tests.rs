@@ -40,7 +40,7 @@ fn settings(batching: Batching) -> Vec<Options> {
     let mut all = Vec::new();
     for (k, layers) in [(2, 4), (3, 3), (4, 3), (5, 2)] {
         for (metric, px) in [(LevelMetric::Distance, 40.0), (LevelMetric::Box, 40.0), (LevelMetric::Error, 1.5)] {
-            all.push(Options { k, layers, metric, leg_px: px, tolerance_px: px, batching });
+            all.push(Options { k, layers, metric, leg_px: px, tolerance_px: px, batching, ..Options::default() });
         }
     }
     all

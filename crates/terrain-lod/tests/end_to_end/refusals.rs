@@ -40,7 +40,7 @@ fn entries(place: &Path) -> Vec<std::ffi::OsString> {
 #[test]
 fn every_refusal_is_one_line_with_its_exit_code() {
     let place = wrong_files();
-    let cases: [(&[&str], i32, &str); 22] = [
+    let cases: [(&[&str], i32, &str); 23] = [
         (&["--dem", "none.png"], 4, "error: none.png: no such file; expected an elevation file (GeoTIFF"),
         (&["--dem", "text.png", "--spacing", "30"], 4, "error: text.png: of no known format (starts with"),
         (&["--dem", "synthetic:1x9:7"], 4, "error: synthetic:1x9:7: no synthetic terrain; expected"),
@@ -66,6 +66,7 @@ fn every_refusal_is_one_line_with_its_exit_code() {
         ),
         (&["--keep-maps"], 2, "error: jacksboro: no file to keep threshold maps beside; expected a DEM in a file"),
         (&["--group", "3"], 2, "error: group of 3 x 3 patches of 32 intervals: expected 1, 2 or 4"),
+        (&["--methods", "htp-instanced", "--geomorph"], 2, "error: geomorph needs the metric distance"),
         (&["--smoothing", "--selector", "bounded"], 2, "error: smoothing needs the selector algorithm1"),
         (
             &["--jitter", "1", "--selector", "algorithm1"],
