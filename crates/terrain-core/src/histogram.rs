@@ -22,9 +22,8 @@ pub struct PixelHistogram {
 const DROPPED_BITS: u32 = 13;
 /// Keys of positive, finite floats.
 const KEYS: usize = key(f32::INFINITY) + 1;
-/// Grows to the first key by minimum and maximum.
-#[expect(clippy::reversed_empty_ranges, reason = "empty on purpose")]
-const NOTHING: Range<usize> = KEYS..0;
+/// Empty, and the neutral element of taking the smaller start and the larger end.
+const NOTHING: Range<usize> = Range { start: KEYS, end: 0 };
 
 const fn key(px: f32) -> usize {
     (px.to_bits() >> DROPPED_BITS) as usize

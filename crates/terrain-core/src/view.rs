@@ -96,6 +96,7 @@ impl View {
     ///
     /// Only what is in front of the near plane is on the screen. Where one of the points is behind it, the way counts
     /// from where the vertical between them crosses it; where both are, there is nothing to see and the answer is 0.
+    #[inline] // called for every sample in view, of every frame
     pub fn displacement_px(&self, point_world: DVec3, up_m: f64) -> f64 {
         let near_m = self.clip_from_eye.w_axis.z; // reversed depth: z of every point in clip space
         let mut from = self.clip_from_eye * (point_world - self.eye_world).extend(1.0);
