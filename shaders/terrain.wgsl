@@ -1,4 +1,5 @@
-// Terrain from either vertex kind: three vertex entry points, one fragment stage, and one for the wireframe.
+// Terrain from either vertex kind: a vertex entry point for each source of heights, one fragment stage, and one for the
+// wireframe.
 //
 // World axes: x east, y up, z south, in metres. Positions are relative to the eye.
 // Depth is reversed: 1 at the near plane, 0 at infinity.
@@ -30,6 +31,7 @@ const COLOUR_BY_LEVEL = 2u;
 const NORMALS_PER_VERTEX = 1u;
 const MORPH_START = 0.7;
 const MORPH_END = 0.95;
+const NORMALS_PER_TRIANGLE = 2u;
 
 @group(0) @binding(0) var<uniform> frame: Frame;
 @group(0) @binding(1) var heights: texture_2d<f32>;
@@ -145,13 +147,75 @@ fn morph_target_m(column_row: vec2<i32>, side: i32) -> f32 {
     return apex_m + (1.0 - uv.x) * (south_west_m - apex_m) + (1.0 - uv.y) * (north_east_m - apex_m);
 }
 
+// ---- heights that a method brings along ------------------------------------------------------------------------------
+
+// `TileUniforms` in tiles.rs; a test compares the two.
+struct Tiles {
+    coarse_level: u32,
+    coarse_step: u32,
+    coarse_columns: u32,
+    cell_side: u32,
+    window: u32,
+    first_tile: u32,
+    tile_codes: u32,
+    code_bytes: u32,
+    scale_m: f32,
+    offset_m: f32,
+    padding: vec2<u32>,
+}
+
+@group(1) @binding(0) var<uniform> tiles: Tiles;
+@group(1) @binding(1) var<storage, read> codes: array<u32>;
+
+// The same place as `HeightTiles::code_of`.
+fn code_of(column_row: vec2<i32>, origin: vec2<i32>, leg_v: vec2<i32>, level: u32) -> u32 {
+    let at = vec2<u32>(column_row);
+    if level >= tiles.coarse_level {
+        let coarse = (at + tiles.coarse_step - 1u) / tiles.coarse_step;
+        return coarse.y * tiles.coarse_columns + coarse.x;
+    }
+    let turned = select(0, 1, leg_v.x < 0);
+    let cell = vec2<u32>(origin - turned) / tiles.cell_side;
+    let place = cell % tiles.window;
+    let inside = at - cell * tiles.cell_side;
+    let tile = tiles.first_tile + (place.y * tiles.window + place.x) * tiles.tile_codes;
+    return tile + inside.y * (tiles.cell_side + 1u) + inside.x;
+}
+
+// `HeightFormat::decode`, in single precision.
+fn decoded_m(code: u32) -> f32 {
+    if tiles.code_bytes == 4u {
+        return bitcast<f32>(codes[code]);
+    }
+    let steps = (codes[code / 2u] >> (16u * (code % 2u))) & 0xffffu;
+    return tiles.offset_m + f32(steps) * tiles.scale_m;
+}
+
+// As `vertex_displaced`, over the method's own tiles.
+@vertex
+fn vertex_tiled(
+    @location(0) uv: vec2<u32>,
+    @location(1) origin: vec2<i32>,
+    @location(2) leg_u: vec2<i32>,
+    @location(3) leg_v: vec2<i32>,
+    @location(4) tag: u32,
+) -> Corner {
+    let column_row = sample_of(uv, origin, leg_u, leg_v);
+    return corner(column_row, decoded_m(code_of(column_row, origin, leg_v, tag & 15u)), tag);
+}
+
 // ---- colours ---------------------------------------------------------------------------------------------------------
 
-// Normals come from the DEM, which knows x and z of each. Read at every pixel, they do not change with the mesh.
-fn unit_normal(source: vec2<f32>) -> vec3<f32> {
-    var xz = source;
+// Normals come from the DEM, which knows x and z of each. Read at every pixel, they do not change with the mesh. Where
+// the DEM is not on the GPU, they are the triangles' own, which are seen from above.
+fn unit_normal(in: Corner) -> vec3<f32> {
+    if frame.normals == NORMALS_PER_TRIANGLE {
+        let normal = normalize(cross(dpdx(in.position_eye), dpdy(in.position_eye)));
+        return select(normal, -normal, normal.y < 0.0);
+    }
+    var xz = in.normal_source;
     if frame.normals != NORMALS_PER_VERTEX {
-        xz = textureSample(normals, bilinear, (source + 0.5) / vec2<f32>(textureDimensions(normals))).xy;
+        xz = textureSample(normals, bilinear, (xz + 0.5) / vec2<f32>(textureDimensions(normals))).xy;
     }
     return normalize(vec3<f32>(xz.x, sqrt(max(1.0 - dot(xz, xz), 0.0)), xz.y));
 }
@@ -218,7 +282,7 @@ fn hazed(colour: vec3<f32>, position_eye: vec3<f32>) -> vec4<f32> {
 
 @fragment
 fn fragment_terrain(in: Corner) -> @location(0) vec4<f32> {
-    return hazed(lit(in, unit_normal(in.normal_source)), in.position_eye);
+    return hazed(lit(in, unit_normal(in)), in.position_eye);
 }
 
 // ---- wireframe -------------------------------------------------------------------------------------------------------
@@ -235,7 +299,7 @@ fn line_gap_px(position_eye: vec3<f32>, normal: vec3<f32>) -> f32 {
 // what is there already, so that it does not matter which line is drawn first.
 @fragment
 fn fragment_wireframe(in: Corner) -> @location(0) vec4<f32> {
-    let normal = unit_normal(in.normal_source);
+    let normal = unit_normal(in);
     let opacity = 0.75 * smoothstep(0.4, 3.0, line_gap_px(in.position_eye, normal));
     return hazed(mix(lit(in, normal), vec3<f32>(0.012, 0.018, 0.035), opacity), in.position_eye);
 }

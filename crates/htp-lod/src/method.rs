@@ -131,6 +131,7 @@ impl LodMethod for Htp {
             vertices: vertices.bytes(&self.grid),
             indices,
             instances: 0,
+            heights: None,
         };
         match &self.rendering {
             Rendering::PerPatch(vertices, _) => baked(vertices, self.block_bytes()),
@@ -141,6 +142,7 @@ impl LodMethod for Htp {
                 vertices: (local_vertices(self.grid.k).len() * size_of::<LocalVertex>()) as u64,
                 indices: self.block_bytes(),
                 instances: instanced.bytes(),
+                heights: None,
             },
         }
     }

@@ -70,6 +70,7 @@ impl Geomipmap {
             vertices: size_of_val(&vertices[..]) as u64,
             indices: size_of_val(&lists.indices[..]) as u64,
             instances: 0,
+            heights: None,
         };
         let (levels, columns) = (Levels::default(), heightmap.columns());
         Ok(Self { blocks, lists, levels, tolerance_px, columns, culling: true, vertices, sizes })

@@ -50,6 +50,7 @@ impl Greedy {
             vertices: size_of::<BakedVertex>() as u64,
             indices: size_of::<u32>() as u64,
             instances: 0,
+            heights: None,
         };
         Ok(Self { heightmap, tolerance_px, distance_m, made_for_m: None, sizes, index_count: 0 })
     }

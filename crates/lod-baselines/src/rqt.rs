@@ -111,6 +111,7 @@ impl LodMethod for Rqt {
             vertices: self.vertex_bytes,
             indices: 4 * self.room,
             instances: 0,
+            heights: None,
         }
     }
 

@@ -27,6 +27,7 @@ impl StaticGrid {
             vertices: size_of_val(&vertices[..]) as u64,
             indices: size_of_val(&indices[..]) as u64,
             instances: 0,
+            heights: None,
         };
         let index_count = u32::try_from(indices.len()).expect("a grid needs at most 2^32 indices");
         Self { vertices, indices, sizes, index_count }

@@ -265,6 +265,7 @@ mod tests {
                 vertices: 8 * (samples + 1),
                 indices: 24 * samples,
                 instances: 0,
+                heights: None,
             }
         }
 

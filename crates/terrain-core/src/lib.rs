@@ -30,7 +30,9 @@ pub use heightmap::{Heightmap, HeightmapError};
 pub use method::LodMethod;
 pub use mirror::{MeshMirror, MirrorError, Triangle};
 pub use morph::Morph;
-pub use plan::{Buffer, BufferSizes, Draw, FramePlan, Growth, IndexFormat, PatchTag, Upload, VertexKind, WorkReport};
+pub use plan::{
+    Buffer, BufferSizes, Draw, FramePlan, Growth, IndexFormat, PatchTag, Streaming, Upload, VertexKind, WorkReport,
+};
 pub use random::SplitMix64;
 pub use stats::FrameStats;
 pub use vertex::{BakedVertex, LocalVertex, PatchInstance, Sample};

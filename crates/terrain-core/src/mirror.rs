@@ -1,10 +1,10 @@
-//! The GPU's twin on the CPU: applies plans to copies of the three buffers and yields triangles.
+//! The GPU's twin on the CPU: applies plans to copies of the method's buffers and yields triangles.
 
 use std::borrow::Cow;
 use std::ops::Range;
 
 use crate::{
-    BakedVertex, Buffer, BufferSizes, Draw, FramePlan, Growth, Heightmap, IndexFormat, LocalVertex, Morph,
+    BakedVertex, Buffer, BufferSizes, Draw, FramePlan, Growth, HeightTiles, Heightmap, IndexFormat, LocalVertex, Morph,
     PatchInstance, Sample, Upload, VertexKind,
 };
 
@@ -37,7 +37,7 @@ pub enum MirrorError {
         /// Bytes of that buffer.
         size: u64,
     },
-    /// A buffer that would become smaller, or whose new size is no multiple of 4.
+    /// A buffer that would become smaller, or whose new size is no multiple of 4; or the height tiles, which do not grow.
     #[error("growth of {:?} to {} bytes: the buffer has {size}, and sizes are multiples of 4", .growth.buffer, .growth.bytes)]
     Growth {
         /// The change.
@@ -73,6 +73,8 @@ pub struct MeshMirror<'a> {
     vertices: Words,
     indices: Words,
     instances: Words,
+    tiles: Option<HeightTiles>,
+    heights: Words,
     draws: Vec<Draw>,
     morph: Option<Morph>,
     triangles: Vec<Triangle>,
@@ -89,6 +91,8 @@ impl<'a> MeshMirror<'a> {
             vertices: Words::new(sizes.vertices),
             indices: Words::new(sizes.indices),
             instances: Words::new(sizes.instances),
+            tiles: sizes.heights,
+            heights: Words::new(sizes.heights.map_or(0, |tiles| tiles.bytes())),
             draws: Vec::new(),
             morph: None,
             triangles: Vec::new(),
@@ -99,7 +103,11 @@ impl<'a> MeshMirror<'a> {
     /// Executes a plan. Returns whether the mesh may differ from the one before.
     pub fn replay(&mut self, plan: &FramePlan) -> Result<bool, MirrorError> {
         for growth in &plan.growths {
-            self.words_mut(growth.buffer).grow(growth)?;
+            let words = self.words_mut(growth.buffer);
+            match growth.buffer {
+                Buffer::Heights => return Err(MirrorError::Growth { growth: growth.clone(), size: words.bytes() }),
+                _ => words.grow(growth)?,
+            }
         }
         for upload in &plan.uploads {
             self.words_mut(upload.buffer).write(upload, plan.bytes_of(upload))?;
@@ -134,6 +142,7 @@ impl<'a> MeshMirror<'a> {
             Buffer::Vertices => &mut self.vertices,
             Buffer::Indices => &mut self.indices,
             Buffer::Instances => &mut self.instances,
+            Buffer::Heights => &mut self.heights,
         }
     }
 
@@ -173,10 +182,9 @@ impl<'a> MeshMirror<'a> {
         let mut triangle = Triangle { samples: [Sample { column: 0, row: 0 }; 3], heights_m: [0.0; 3] };
         for (i, index) in corners.into_iter().enumerate() {
             let vertex = (index as i64 + draw.base_vertex as i64) as u64;
-            let (sample, height_m) = self.vertex(vertex, instance).ok_or_else(|| MirrorError::Unwritten {
-                draw: draw.clone(),
-                buffer: Buffer::Vertices,
-                elements: vertex..vertex.wrapping_add(1),
+            let (sample, height_m) = self.vertex(vertex, instance).map_err(|(buffer, element)| {
+                let elements = element..element.wrapping_add(1);
+                MirrorError::Unwritten { draw: draw.clone(), buffer, elements }
             })?;
             if sample.column >= self.heightmap.columns() || sample.row >= self.heightmap.rows() {
                 return Err(MirrorError::OutsideDem { draw: draw.clone(), sample });
@@ -192,20 +200,33 @@ impl<'a> MeshMirror<'a> {
         self.morph.map_or_else(|| self.heightmap.height_m(at), |morph| morph.height_m(self.heightmap, at))
     }
 
-    /// Sample of a vertex and, where it is baked, its height; nothing where no upload has written it.
-    fn vertex(&self, vertex: u64, instance: Option<&PatchInstance>) -> Option<(Sample, Option<f32>)> {
-        let one = vertex..vertex.checked_add(1)?;
+    /// Sample of a vertex and, where the method brings it along, its height; or the element that no upload has written.
+    fn vertex(&self, vertex: u64, instance: Option<&PatchInstance>) -> Result<(Sample, Option<f32>), (Buffer, u64)> {
+        let unwritten = (Buffer::Vertices, vertex);
+        let one = vertex..vertex.checked_add(1).ok_or(unwritten)?;
         match instance {
             None => {
-                let baked: &BakedVertex = &self.vertices.written(one)?[0];
+                let baked: &BakedVertex = &self.vertices.written(one).ok_or(unwritten)?[0];
                 let [column, row] = baked.sample.map(u32::from);
-                Some((Sample { column, row }, Some(baked.height_m)))
+                Ok((Sample { column, row }, Some(baked.height_m)))
             }
             Some(instance) => {
-                let local: &LocalVertex = &self.vertices.written(one)?[0];
-                Some((instance.sample(*local, self.heightmap.columns(), self.heightmap.rows()), None))
+                let local: LocalVertex = self.vertices.written(one).ok_or(unwritten)?[0];
+                let height_m = self.tiles.map(|tiles| self.tile_height_m(&tiles, instance, local)).transpose()?;
+                Ok((instance.sample(local, self.heightmap.columns(), self.heightmap.rows()), height_m))
             }
         }
+    }
+
+    fn tile_height_m(
+        &self,
+        tiles: &HeightTiles,
+        instance: &PatchInstance,
+        vertex: LocalVertex,
+    ) -> Result<f32, (Buffer, u64)> {
+        let (code, bytes) = (tiles.code_of(instance, vertex), tiles.format.bytes());
+        let written = self.heights.written(code * bytes..(code + 1) * bytes);
+        written.map(|code| tiles.format.decode(code)).ok_or((Buffer::Heights, code))
     }
 }
 
@@ -221,8 +242,12 @@ impl Words {
         Self { words: vec![0; length], written: vec![false; length] }
     }
 
+    fn bytes(&self) -> u64 {
+        self.words.len() as u64 * 4
+    }
+
     fn grow(&mut self, growth: &Growth) -> Result<(), MirrorError> {
-        let (size, length) = (self.words.len() as u64 * 4, growth.bytes as usize / 4);
+        let (size, length) = (self.bytes(), growth.bytes as usize / 4);
         if growth.bytes < size || !growth.bytes.is_multiple_of(4) {
             return Err(MirrorError::Growth { growth: growth.clone(), size });
         }
@@ -232,7 +257,7 @@ impl Words {
     }
 
     fn write(&mut self, upload: &Upload, bytes: &[u8]) -> Result<(), MirrorError> {
-        let size = self.words.len() as u64 * 4;
+        let size = self.bytes();
         let end = upload.offset.checked_add(bytes.len() as u64);
         let aligned = upload.offset.is_multiple_of(4) && bytes.len().is_multiple_of(4);
         if !aligned || end.is_none_or(|end| end > size) {
@@ -268,7 +293,7 @@ impl Words {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::PatchTag;
+    use crate::{HeightFormat, PatchTag};
 
     fn dem() -> Heightmap {
         Heightmap::new(3, 2, [1.0; 2], vec![0.0, 1.0, 2.0, 3.0, 4.0, 5.0]).unwrap()
@@ -280,6 +305,7 @@ mod tests {
         vertices: 48,
         indices: 24,
         instances: 0,
+        heights: None,
     };
 
     fn sample(column: u32, row: u32) -> Sample {
@@ -352,6 +378,47 @@ mod tests {
         let corners: Vec<_> = mirror.triangles().iter().map(|t| t.samples).collect();
         assert_eq!(corners, [[sample(1, 0), sample(1, 1), sample(2, 0)], [sample(2, 1), sample(2, 0), sample(0, 1)]]);
         assert_eq!(mirror.triangles()[0].heights_m, [1.0, 4.0, 2.0]);
+    }
+
+    /// The same corners from a coarse grid and from two tiles, of which one is not uploaded.
+    #[test]
+    fn heights_come_from_the_tiles_that_a_method_brings_along() {
+        let dem = Heightmap::new(5, 3, [1.0; 2], (0..15).map(|i| 10.0 * i as f32).collect()).unwrap();
+        let format = HeightFormat::U16 { scale_m: 10.0, offset_m: -30.0 };
+        let tiles = HeightTiles { format, samples: [5, 3], coarse_level: 1, coarse_step: 2, cell_side: 2, window: 2 };
+        let (vertices, indices, instances) = (12, 12, 60);
+        let sizes = BufferSizes {
+            vertex_kind: VertexKind::Displaced,
+            vertices,
+            indices,
+            instances,
+            heights: Some(tiles),
+            ..BAKED
+        };
+        let code = |column: u16, row: u16| 5 * row + column + 3;
+        let mut plan = FramePlan::default();
+        plan.upload(Buffer::Vertices, 0, &[[0, 0], [1, 0], [0, 1]].map(|uv| LocalVertex { uv }));
+        plan.upload(Buffer::Indices, 0, &[0u32, 1, 2]);
+        let tag = |level: u32| PatchTag { patch: 0, level }.to_instance();
+        let coarse = PatchInstance { origin: [2, 0], leg_u: [0, 2], leg_v: [2, 0], tag: tag(1) };
+        let fine = PatchInstance { leg_u: [0, 1], leg_v: [1, 0], tag: tag(0), ..coarse };
+        let missing = PatchInstance { origin: [0, 0], ..fine };
+        plan.upload(Buffer::Instances, 0, &[coarse, fine, missing]);
+        let grid: Vec<u16> = [0, 2].into_iter().flat_map(|row| [0, 2, 4].map(|column| code(column, row))).collect();
+        plan.upload(Buffer::Heights, 0, &grid);
+        let tile: Vec<u16> = (0..3).flat_map(|row| [2, 3, 4].map(|column| code(column, row))).chain([0]).collect();
+        plan.upload(Buffer::Heights, 2 * tiles.tile([1, 0]), &tile);
+        plan.draws.push(Draw { indices: 0..3, base_vertex: 0, instances: 0..2 });
+        let mut mirror = MeshMirror::new(&sizes, &dem);
+        assert_eq!(mirror.replay(&plan), Ok(true));
+        let heights: Vec<_> = mirror.triangles().iter().map(|triangle| triangle.heights_m).collect();
+        assert_eq!(heights, [[20.0, 120.0, 40.0], [20.0, 70.0, 30.0]]);
+
+        plan.draws[0].instances = 2..3;
+        let unwritten = mirror.replay(&plan);
+        assert!(matches!(unwritten, Err(MirrorError::Unwritten { buffer: Buffer::Heights, .. })), "{unwritten:?}");
+        plan.growths.push(Growth { buffer: Buffer::Heights, bytes: 4096 });
+        assert!(matches!(mirror.replay(&plan), Err(MirrorError::Growth { .. })));
     }
 
     #[test]

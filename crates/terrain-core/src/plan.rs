@@ -3,9 +3,9 @@
 use std::ops::Range;
 use std::time::Duration;
 
-use crate::Morph;
+use crate::{HeightTiles, Morph};
 
-/// One of the three buffers of a method.
+/// One of the buffers of a method.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Buffer {
     /// [`BakedVertex`](crate::BakedVertex) or [`LocalVertex`](crate::LocalVertex), as the method's [`VertexKind`] says.
@@ -14,6 +14,8 @@ pub enum Buffer {
     Indices,
     /// [`PatchInstance`](crate::PatchInstance); only with [`VertexKind::Displaced`].
     Instances,
+    /// Codes of heights, laid out as the method's [`HeightTiles`] say; only where it brings its heights along.
+    Heights,
 }
 
 /// Where a vertex gets its height from.
@@ -23,7 +25,8 @@ pub enum VertexKind {
     /// `Draw::instances` is then `tag..tag + 1` with a [`PatchTag`].
     Baked,
     /// The vertex holds a local coordinate ([`LocalVertex`](crate::LocalVertex)), the instance maps it to a sample
-    /// ([`PatchInstance`](crate::PatchInstance)), the height comes from the DEM.
+    /// ([`PatchInstance`](crate::PatchInstance)), the height comes from the DEM, or from the method's
+    /// [`HeightTiles`] where it has such.
     Displaced,
 }
 
@@ -47,7 +50,7 @@ impl IndexFormat {
 }
 
 /// Sizes in bytes of a method's buffers, and what is in them. Plans may enlarge them ([`FramePlan::growths`]).
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BufferSizes {
     /// Where a vertex gets its height from.
     pub vertex_kind: VertexKind,
@@ -59,15 +62,18 @@ pub struct BufferSizes {
     pub indices: u64,
     /// Bytes of the instance buffer; 0 with [`VertexKind::Baked`].
     pub instances: u64,
+    /// Where displaced vertices find their heights in [`Buffer::Heights`], and its size; none where the DEM's are used.
+    pub heights: Option<HeightTiles>,
 }
 
 impl BufferSizes {
-    /// Applies one growth of a plan.
+    /// Applies one growth of a plan. Panics for [`Buffer::Heights`], whose tiles stay where they are.
     pub fn grow(&mut self, growth: &Growth) {
         let bytes = match growth.buffer {
             Buffer::Vertices => &mut self.vertices,
             Buffer::Indices => &mut self.indices,
             Buffer::Instances => &mut self.instances,
+            Buffer::Heights => unreachable!("height tiles keep their size"),
         };
         *bytes = growth.bytes;
     }
@@ -157,6 +163,23 @@ pub struct WorkReport {
     pub latency: Duration,
 }
 
+/// What a method that loads its DEM piece by piece has done so far, and what it lacks in this frame. All 0 for others.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Streaming {
+    /// Cells that were loaded, from the beginning.
+    pub cells_loaded: u64,
+    /// Cells that made room for others, from the beginning.
+    pub cells_unloaded: u64,
+    /// Reads that failed, from the beginning.
+    pub reads_failed: u64,
+    /// Reads that were asked for again after a failure, from the beginning.
+    pub retries: u64,
+    /// Cells in view that are drawn coarser than the view asks for, since they or their neighbours are not loaded.
+    pub cells_missing: u64,
+    /// Bytes of the DEM in memory, the GPU's included.
+    pub resident_bytes: u64,
+}
+
 /// Everything that a method wants the GPU to do this frame. Reused from frame to frame.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct FramePlan {
@@ -175,6 +198,11 @@ pub struct FramePlan {
     pub stale_patches: u32,
     /// Moves the DEM's heights under displaced vertices; none where they are drawn as they are.
     pub morph: Option<Morph>,
+    /// 0 where the method holds what it promises; otherwise how many pixels the worst of what is drawn too coarsely
+    /// counts, for lack of the data to do better. Infinite where the eye is within the bounds of such a place.
+    pub unheld_px: f64,
+    /// How the loading of the DEM goes on.
+    pub streaming: Streaming,
 }
 
 impl FramePlan {
@@ -187,6 +215,8 @@ impl FramePlan {
         self.work.clear();
         self.stale_patches = 0;
         self.morph = None;
+        self.unheld_px = 0.0;
+        self.streaming = Streaming::default();
     }
 
     /// Adds a write of plain values at a byte offset. Nothing is added for an empty slice.

@@ -1,12 +1,13 @@
-//! The three buffers of one method on the GPU, and the arguments of its draws.
+//! The buffers of one method on the GPU, and the arguments of its draws.
 
 use terrain_core::{Buffer, BufferSizes, Draw, FramePlan, Growth, IndexFormat, PatchInstance, VertexKind};
 use wgpu::BufferUsages;
 
 use crate::submission::DrawArguments;
+use crate::tiles::TileBuffer;
 use crate::{Gpu, RenderError};
 
-/// Vertices, indices and instances of one method; written by its plans alone. They hold one plan: a method that is
+/// Vertices, indices, instances and height tiles of one method; written by its plans alone. They hold one plan: a method that is
 /// drawn twice in one submission, by two plans, needs them twice.
 #[derive(Debug)]
 pub struct MethodBuffers {
@@ -14,6 +15,7 @@ pub struct MethodBuffers {
     vertices: wgpu::Buffer,
     indices: wgpu::Buffer,
     instances: wgpu::Buffer,
+    heights: Option<TileBuffer>,
     arguments: DrawArguments,
 }
 
@@ -25,6 +27,7 @@ impl MethodBuffers {
             vertices: create(gpu, "vertex", sizes.vertices, BufferUsages::VERTEX)?,
             indices: create(gpu, "index", sizes.indices, BufferUsages::INDEX)?,
             instances: create(gpu, "instance", sizes.instances, BufferUsages::VERTEX)?,
+            heights: sizes.heights.as_ref().map(|tiles| TileBuffer::new(gpu, tiles)).transpose()?,
             arguments: DrawArguments::new(gpu),
         };
         gpu.check()?; // out of memory, for one
@@ -34,6 +37,11 @@ impl MethodBuffers {
     /// Where the vertices get their heights from.
     pub fn vertex_kind(&self) -> VertexKind {
         self.sizes.vertex_kind
+    }
+
+    /// Whether displaced vertices take their heights from the method's own tiles.
+    pub fn has_tiles(&self) -> bool {
+        self.heights.is_some()
     }
 
     /// Enlarges what the plan enlarges and queues its uploads, in order; they happen before the next submission. For
@@ -54,6 +62,7 @@ impl MethodBuffers {
             Buffer::Vertices => ("vertex", BufferUsages::VERTEX),
             Buffer::Indices => ("index", BufferUsages::INDEX),
             Buffer::Instances => ("instance", BufferUsages::VERTEX),
+            Buffer::Heights => unreachable!("height tiles keep their size"),
         };
         let larger = create(gpu, label, growth.bytes, usage)?;
         gpu.check()?; // out of memory, for one
@@ -66,11 +75,14 @@ impl MethodBuffers {
         Ok(())
     }
 
-    /// Makes them the vertex and index buffers of a pass.
+    /// Makes them the vertex and index buffers of a pass, and its height tiles.
     pub(crate) fn bind(&self, pass: &mut wgpu::RenderPass) {
         pass.set_vertex_buffer(0, self.vertices.slice(..));
         if self.sizes.vertex_kind == VertexKind::Displaced {
             pass.set_vertex_buffer(1, self.instances.slice(..));
+        }
+        if let Some(heights) = &self.heights {
+            pass.set_bind_group(1, &heights.group, &[]);
         }
         let format = match self.sizes.index_format {
             IndexFormat::U16 => wgpu::IndexFormat::Uint16,
@@ -111,6 +123,7 @@ impl MethodBuffers {
             Buffer::Vertices => &mut self.vertices,
             Buffer::Indices => &mut self.indices,
             Buffer::Instances => &mut self.instances,
+            Buffer::Heights => &mut self.heights.as_mut().expect("a plan with heights has tiles").codes,
         }
     }
 }

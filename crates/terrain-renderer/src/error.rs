@@ -47,6 +47,12 @@ pub enum RenderError {
         /// Its size in bytes.
         bytes: u64,
     },
+    /// A method that brings its heights along, on an adapter whose vertices cannot read them.
+    #[error("adapter '{0}' gives vertices no storage buffers: choose another adapter or a method that needs none")]
+    NoHeightTiles(String),
+    /// Vertices that take their heights from the DEM, over a scene that has none.
+    #[error("the DEM's heights are not on the GPU: use a method that brings its heights along")]
+    NoHeights,
     /// A wireframe on an adapter that cannot draw lines.
     #[error("adapter '{0}' cannot draw a wireframe (polygon mode line): turn the wireframe off")]
     NoWireframe(String),

@@ -5,8 +5,8 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
 use wgpu::{
-    Adapter, AdapterInfo, Backend, Backends, DeviceType, Features, Instance, InstanceDescriptor, InstanceFlags,
-    PollError, PollType,
+    Adapter, AdapterInfo, Backend, Backends, DeviceType, DownlevelFlags, Features, Instance, InstanceDescriptor,
+    InstanceFlags, PollError, PollType,
 };
 
 use crate::RenderError;
@@ -52,6 +52,8 @@ pub struct AdapterFacts {
     pub wireframe: bool,
     /// Whether [`Submission::MultiIndirect`](crate::Submission) is possible; without it draws are sent one by one.
     pub multi_draw_indirect: bool,
+    /// Whether vertices can read the height tiles that a method brings along.
+    pub height_tiles: bool,
 }
 
 /// An adapter of this machine.
@@ -170,6 +172,7 @@ fn weakness(device_type: DeviceType) -> u32 {
 impl AdapterFacts {
     fn of(adapter: &Adapter) -> Self {
         let (info, features) = (adapter.get_info(), adapter.features());
+        let downlevel = adapter.get_downlevel_capabilities().flags;
         let adapter_type = match (info.backend, info.device_type) {
             (Backend::Noop, _) => "none",
             (_, DeviceType::DiscreteGpu) => "discrete",
@@ -187,6 +190,7 @@ impl AdapterFacts {
             pipeline_statistics: features.contains(Features::PIPELINE_STATISTICS_QUERY),
             wireframe: features.contains(Features::POLYGON_MODE_LINE),
             multi_draw_indirect: features.contains(Features::INDIRECT_FIRST_INSTANCE),
+            height_tiles: downlevel.contains(DownlevelFlags::VERTEX_STORAGE),
         }
     }
 }

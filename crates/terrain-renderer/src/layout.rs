@@ -32,7 +32,7 @@ pub struct FrameUniforms {
     pub haze_colour: [f32; 3],
     /// [`Colour`] as a number: 0 shaded, 1 by patch, 2 by level.
     pub colour: u32,
-    /// [`Normals`] as a number: 0 per pixel, 1 per vertex.
+    /// [`Normals`] as a number: 0 per pixel, 1 per vertex; 2 where the scene has none, so that each triangle has one.
     pub normals: u32,
     /// Pixels that the wider spacing covers at a distance of 1 m.
     pub spacing_px_at_1_m: f32,
@@ -71,6 +71,7 @@ impl FrameUniforms {
                 Colour::ByLevel => 2,
             },
             normals: match look.normals {
+                _ if !scene.has_heights() => 2,
                 Normals::PerPixel => 0,
                 Normals::PerVertex => 1,
             },

@@ -30,6 +30,7 @@ mod renderer;
 mod scene;
 mod submission;
 mod target;
+mod tiles;
 mod timing;
 
 pub use buffers::MethodBuffers;
@@ -42,3 +43,4 @@ pub use renderer::{FrameTimes, Renderer, RendererSettings};
 pub use scene::Scene;
 pub use submission::Submission;
 pub use target::Target;
+pub use tiles::TileUniforms;

@@ -24,6 +24,8 @@ pub struct TerrainPass {
     baked: Pipelines,
     displaced: Pipelines,
     morphed: Pipelines,
+    /// Only on adapters whose vertices can read height tiles.
+    tiled: Option<Pipelines>,
     binding_layout: wgpu::BindGroupLayout,
     submission: Submission,
 }
@@ -58,6 +60,7 @@ impl TerrainPass {
             baked: factory.pipelines(HeightSource::Vertex),
             displaced: factory.pipelines(HeightSource::Scene),
             morphed: factory.pipelines(HeightSource::Morph),
+            tiled: gpu.facts().height_tiles.then(|| factory.pipelines(HeightSource::Tiles)),
             scene,
             binding_layout,
             submission: submission.possible_on(gpu),
@@ -92,6 +95,9 @@ impl TerrainPass {
         buffers: &'a mut MethodBuffers,
         bindings: &'a mut ViewBindings,
     ) -> Result<PreparedFrame<'a>, RenderError> {
+        if buffers.vertex_kind() == VertexKind::Displaced && !buffers.has_tiles() && !self.scene.has_heights() {
+            return Err(RenderError::NoHeights);
+        }
         buffers.apply(gpu, plan)?;
         if look.wireframe && self.baked.lines.is_none() {
             return Err(RenderError::NoWireframe(gpu.facts().name.clone()));
@@ -131,10 +137,11 @@ impl TerrainPass {
         })
     }
 
-    fn pipelines(&self, kind: VertexKind, plan: &FramePlan) -> &Pipelines {
-        match kind {
+    fn pipelines(&self, buffers: &MethodBuffers, plan: &FramePlan) -> &Pipelines {
+        match buffers.vertex_kind() {
             VertexKind::Baked => &self.baked,
             VertexKind::Displaced if plan.morph.is_some() => &self.morphed,
+            VertexKind::Displaced if buffers.has_tiles() => self.tiled.as_ref().expect("buffers are refused without"),
             VertexKind::Displaced => &self.displaced,
         }
     }
@@ -157,7 +164,7 @@ impl PreparedFrame<'_> {
     }
 
     fn pipelines(&self) -> &Pipelines {
-        self.pass.pipelines(self.buffers.vertex_kind(), self.plan)
+        self.pass.pipelines(self.buffers, self.plan)
     }
 
     fn draw_with(&self, pipeline: &wgpu::RenderPipeline, pass: &mut wgpu::RenderPass) -> u32 {

@@ -5,11 +5,13 @@
 //! | baked | `vertex_baked` | `fragment_terrain` | tested and written |
 //! | displaced | `vertex_displaced` | `fragment_terrain` | tested and written |
 //! | morphed | `vertex_morphed` | `fragment_terrain` | tested and written |
+//! | tiled | `vertex_tiled` | `fragment_terrain` | tested and written |
 //! | the same as lines | the same | `fragment_wireframe` | a little nearer, tested |
 
 use terrain_core::{BakedVertex, LocalVertex, PatchInstance};
 use wgpu::{ShaderStages, TextureFormat, VertexStepMode, vertex_attr_array};
 
+use crate::tiles::tile_layout;
 use crate::{FrameUniforms, Gpu, Scene, Target};
 
 const SHADER: &str = include_str!("../../../shaders/terrain.wgsl");
@@ -23,6 +25,8 @@ pub(crate) enum HeightSource {
     Scene,
     /// The same, moved by the plan's [`Morph`](terrain_core::Morph).
     Morph,
+    /// The same, with [`HeightTiles`](terrain_core::HeightTiles): the method's tiles.
+    Tiles,
 }
 
 /// The pipelines of one source of heights.
@@ -110,7 +114,8 @@ fn depth_state(as_lines: bool) -> wgpu::DepthStencilState {
 pub(crate) struct PipelineFactory<'a> {
     gpu: &'a Gpu,
     shader: wgpu::ShaderModule,
-    layout: wgpu::PipelineLayout,
+    /// Without and with the group of the height tiles.
+    layouts: [wgpu::PipelineLayout; 2],
     colour_format: TextureFormat,
 }
 
@@ -120,12 +125,14 @@ impl<'a> PipelineFactory<'a> {
             label: Some("terrain.wgsl"),
             source: wgpu::ShaderSource::Wgsl(SHADER.into()),
         });
-        let layout = gpu.device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-            label: Some("terrain"),
-            bind_group_layouts: &[Some(binding_layout)],
-            immediate_size: 0,
-        });
-        Self { gpu, shader, layout, colour_format }
+        let layout = |bind_group_layouts: &[Option<&wgpu::BindGroupLayout>]| {
+            let label = Some("terrain");
+            let descriptor = wgpu::PipelineLayoutDescriptor { label, bind_group_layouts, immediate_size: 0 };
+            gpu.device.create_pipeline_layout(&descriptor)
+        };
+        let tiles = tile_layout(&gpu.device);
+        let layouts = [layout(&[Some(binding_layout)]), layout(&[Some(binding_layout), Some(&tiles)])];
+        Self { gpu, shader, layouts, colour_format }
     }
 
     pub(crate) fn pipelines(&self, source: HeightSource) -> Pipelines {
@@ -144,7 +151,7 @@ impl<'a> PipelineFactory<'a> {
         };
         self.gpu.device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
             label: Some(fragment),
-            layout: Some(&self.layout),
+            layout: Some(&self.layouts[(source == HeightSource::Tiles) as usize]),
             vertex: self.vertex_state(source),
             primitive: wgpu::PrimitiveState { cull_mode: Some(wgpu::Face::Back), polygon_mode, ..Default::default() },
             depth_stencil: Some(depth_state(as_lines)),
@@ -182,6 +189,7 @@ impl<'a> PipelineFactory<'a> {
             HeightSource::Vertex => ("vertex_baked", BAKED),
             HeightSource::Scene => ("vertex_displaced", DISPLACED),
             HeightSource::Morph => ("vertex_morphed", DISPLACED),
+            HeightSource::Tiles => ("vertex_tiled", DISPLACED),
         };
         wgpu::VertexState {
             module: &self.shader,

@@ -60,6 +60,11 @@ impl Renderer {
     /// Uploads the heightmap and builds the pipelines.
     pub fn new(gpu: Gpu, heightmap: &Heightmap, settings: &RendererSettings) -> Result<Self, RenderError> {
         let scene = Scene::new(&gpu, heightmap)?;
+        Self::over(gpu, scene, settings)
+    }
+
+    /// Builds the pipelines over a scene.
+    pub fn over(gpu: Gpu, scene: Scene, settings: &RendererSettings) -> Result<Self, RenderError> {
         let pass = TerrainPass::new(&gpu, scene, Target::COLOUR_FORMAT, settings.submission)?;
         let target = Target::new(&gpu, settings.size_px)?;
         let gauges = Gauges::new(&gpu, settings.count_primitives);

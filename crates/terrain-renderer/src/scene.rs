@@ -1,4 +1,5 @@
-//! The DEM on the GPU: a height and a normal for every sample, made once and used by every method.
+//! The DEM on the GPU: a height and a normal for every sample, made once and used by every method. Or no more than its
+//! extent, for a DEM that is larger than the adapter's textures, or not in memory.
 
 use terrain_core::{Heightmap, Sample};
 use wgpu::{TextureFormat, TextureUsages};
@@ -12,6 +13,7 @@ pub struct Scene {
     spacing_m: [f64; 2],
     height_range_m: [f32; 2],
     half_light_m: f32,
+    has_heights: bool,
     heights: wgpu::TextureView,
     normals: wgpu::TextureView,
 }
@@ -26,17 +28,43 @@ impl Scene {
         }
         let normals: Vec<[u16; 2]> = heightmap.normals().iter().map(|[x, _, z]| [half(*x), half(*z)]).collect();
         let [first, last] = [[0, 0], size_samples.map(|side| side - 1)].map(|[column, row]| Sample { column, row });
-        let [x_m, z_m] = heightmap.extent_m();
         let scene = Self {
             size_samples,
             spacing_m: heightmap.spacing_m(),
             height_range_m: heightmap.height_range_m(first, last),
-            half_light_m: x_m.hypot(z_m) as f32,
+            half_light_m: diagonal_m(size_samples, heightmap.spacing_m()),
+            has_heights: true,
             heights: texture(gpu, "heights", TextureFormat::R32Float, size_samples, heightmap.heights_m()),
             normals: texture(gpu, "normals", TextureFormat::Rg16Float, size_samples, &normals),
         };
         gpu.check()?; // out of memory, for one
         Ok(scene)
+    }
+
+    /// A scene without heights and normals: for methods that bring their heights along, and for baked vertices. The
+    /// light falls on the triangles as they are.
+    pub fn without_heights(
+        gpu: &Gpu,
+        size_samples: [u32; 2],
+        spacing_m: [f64; 2],
+        height_range_m: [f32; 2],
+    ) -> Result<Self, RenderError> {
+        let scene = Self {
+            size_samples,
+            spacing_m,
+            height_range_m,
+            half_light_m: diagonal_m(size_samples, spacing_m),
+            has_heights: false,
+            heights: texture(gpu, "no heights", TextureFormat::R32Float, [1; 2], &[0.0_f32]),
+            normals: texture(gpu, "no normals", TextureFormat::Rg16Float, [1; 2], &[[0_u16; 2]]),
+        };
+        gpu.check()?;
+        Ok(scene)
+    }
+
+    /// Whether there is more than placeholders.
+    pub(crate) fn has_heights(&self) -> bool {
+        self.has_heights
     }
 
     pub(crate) fn size_samples(&self) -> [u32; 2] {
@@ -66,6 +94,11 @@ impl Scene {
     pub(crate) fn normals(&self) -> &wgpu::TextureView {
         &self.normals
     }
+}
+
+fn diagonal_m(size_samples: [u32; 2], spacing_m: [f64; 2]) -> f32 {
+    let [x_m, z_m] = [0, 1].map(|axis| (size_samples[axis] - 1) as f64 * spacing_m[axis]);
+    x_m.hypot(z_m) as f32
 }
 
 fn texture<T: bytemuck::NoUninit>(

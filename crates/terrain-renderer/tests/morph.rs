@@ -35,6 +35,7 @@ fn baked(mesh: &Mesh) -> Mesh {
         vertices: size_of_val(&vertices[..]) as u64,
         indices: size_of_val(&indices[..]) as u64,
         instances: 0,
+        heights: None,
     };
     Mesh { sizes, plan }
 }

@@ -3,9 +3,11 @@
 mod hills;
 
 use hills::shot::{is_background, shaded, shoot, terrain_pixels};
-use hills::{SIZE_PX, adapter, baked_grid, displaced_grid, oblique, straight_down, view};
+use hills::{SIZE_PX, adapter, baked_grid, coarse_grid, displaced_grid, oblique, straight_down, view};
 use std::f64::consts::FRAC_PI_2;
-use terrain_core::{Buffer, BufferSizes, Draw, FramePlan, Growth, IndexFormat, PatchTag, Sample};
+use terrain_core::{
+    Buffer, BufferSizes, Draw, FramePlan, Growth, HeightFormat, HeightTiles, IndexFormat, PatchTag, Sample,
+};
 use terrain_renderer::{
     Colour, Look, MethodBuffers, RenderError, Renderer, RendererSettings, Scene, Submission, Target, TerrainPass,
 };
@@ -49,6 +51,51 @@ fn both_vertex_kinds_draw_the_same_picture() {
         assert!(baked.depth == displaced.depth, "patches of {quads}");
         assert!(baked.picture == displaced.picture, "patches of {quads}");
     }
+}
+
+/// From tiles, and from the coarse grid.
+#[test]
+fn heights_of_tiles_draw_the_same_picture_as_those_of_the_scene() {
+    let Some(gpu) = adapter() else { return };
+    // Heights in steps of 1/8 m from -500 m on, so that all formats hold them.
+    let hills = hills::hills();
+    let height_m = |column, row| (8.0 * f64::from(hills.height_m(Sample { column, row }))).round() / 8.0;
+    let (dem, view) = (hills::heightmap(59, 43, height_m), oblique(&hills));
+    for format in [HeightFormat::F32, HeightFormat::U16 { scale_m: 0.125, offset_m: -500.0 }] {
+        for (coarse, look) in [(false, Colour::Shaded), (false, Colour::ByLevel), (true, Colour::Shaded)] {
+            let displaced = if coarse { coarse_grid(&dem, 4, 2) } else { displaced_grid(&dem, 8) };
+            let tiled = hills::tiled(&dem, &displaced, format, coarse);
+            let [expected, found] =
+                [displaced, tiled].map(|mesh| shoot(&gpu, &dem, Submission::Direct, &mesh, &view, &shaded(look)));
+            assert!(terrain_pixels(&found.picture, 0..SIZE_PX[0]) > 10_000);
+            assert!(expected.depth == found.depth && expected.picture == found.picture, "{format:?}, coarse: {coarse}");
+        }
+    }
+}
+
+/// The mesh is the same; the light falls on its triangles.
+#[test]
+fn a_scene_without_heights_draws_tiles_and_refuses_what_needs_them() {
+    let Some(gpu) = adapter() else { return };
+    let (dem, view) = (hills::hills(), oblique(&hills::hills()));
+    let displaced = displaced_grid(&dem, 8);
+    let tiled = hills::tiled(&dem, &displaced, HeightFormat::F32, false);
+    let look = shaded(Colour::Shaded);
+    let with = shoot(&gpu, &dem, Submission::Direct, &tiled, &view, &look);
+    let scene = Scene::without_heights(&gpu, [59, 43], dem.spacing_m(), [-310.0, 310.0]).unwrap();
+    let settings = RendererSettings { size_px: SIZE_PX, ..Default::default() };
+    let mut renderer = Renderer::over(gpu.clone(), scene, &settings).unwrap();
+    let mut buffers = renderer.buffers(tiled.sizes).unwrap();
+    renderer.frame(&view, &tiled.plan, &mut buffers, &look).unwrap();
+    let without = renderer.target().read_back(&gpu).unwrap();
+    let is_drawn = |picture: &image::RgbaImage| picture.pixels().map(is_background).collect::<Vec<_>>();
+    assert!(is_drawn(&with.picture) == is_drawn(&without) && with.picture != without);
+    let black = without.pixels().filter(|pixel| pixel.0[..3] == [0; 3]).count();
+    assert_eq!(black, 0, "normals are finite");
+
+    let mut buffers = renderer.buffers(displaced.sizes).unwrap();
+    let refused = renderer.frame(&view, &displaced.plan, &mut buffers, &look).unwrap_err();
+    assert!(matches!(refused, RenderError::NoHeights), "{refused}");
 }
 
 #[test]
@@ -239,6 +286,18 @@ fn what_the_adapter_cannot_hold_is_refused() {
     let sizes = BufferSizes { indices: limits.max_buffer_size + 4, ..baked_grid(&hills::hills(), 100).sizes };
     let refused = MethodBuffers::new(&gpu, sizes).unwrap_err();
     assert!(matches!(refused, RenderError::BufferTooLarge { buffer: "index", .. }), "{refused}");
+
+    let tiles = HeightTiles {
+        format: HeightFormat::F32,
+        samples: [60_000; 2],
+        coarse_level: 1,
+        coarse_step: 2,
+        cell_side: 2,
+        window: 30_000,
+    };
+    let sizes = BufferSizes { heights: Some(tiles), ..displaced_grid(&hills::hills(), 8).sizes };
+    let refused = MethodBuffers::new(&gpu, sizes).unwrap_err();
+    assert!(matches!(refused, RenderError::BufferTooLarge { buffer: "height", .. }), "{refused}");
 
     let too_long = limits.max_texture_dimension_2d + 1;
     let refused = Scene::new(&gpu, &hills::heightmap(too_long, 2, |_, _| 0.0)).unwrap_err();

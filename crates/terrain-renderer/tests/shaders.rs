@@ -4,7 +4,7 @@ use std::mem::offset_of;
 
 use naga::valid::{Capabilities, ValidationFlags, Validator};
 use terrain_core::Morph;
-use terrain_renderer::FrameUniforms;
+use terrain_renderer::{FrameUniforms, TileUniforms};
 
 /// Name and text of every WGSL file.
 fn shaders() -> Vec<(String, String)> {
@@ -44,7 +44,7 @@ fn members<'a>(module: &'a naga::Module, name: &str) -> (Vec<Member<'a>>, usize)
     (members.iter().map(member).collect(), *span as usize)
 }
 
-/// The scalars that a field of [`FrameUniforms`] may be made of.
+/// The scalars that a field of uniforms may be made of.
 trait Scalar {
     const KIND: naga::ScalarKind;
 }
@@ -68,9 +68,9 @@ fn field<'a, T: Scalar>(name: &'a str, offset: usize, value: &T) -> Member<'a> {
 }
 
 macro_rules! fields {
-    ($($name:ident),*) => {{
-        let frame: FrameUniforms = bytemuck::Zeroable::zeroed();
-        [$(field(stringify!($name), offset_of!(FrameUniforms, $name), &frame.$name)),*]
+    ($uniforms:ty: $($name:ident),*) => {{
+        let uniforms: $uniforms = bytemuck::Zeroable::zeroed();
+        [$(field(stringify!($name), offset_of!($uniforms, $name), &uniforms.$name)),*]
     }};
 }
 
@@ -88,6 +88,7 @@ fn frame_uniforms_have_the_layout_of_the_shader() {
     let module = parse(&name, &source);
     let (in_wgsl, span) = members(&module, "Frame");
     let in_rust = fields!(
+        FrameUniforms:
         clip_from_eye,
         eye_sample,
         eye_remainder_m,
@@ -108,4 +109,27 @@ fn frame_uniforms_have_the_layout_of_the_shader() {
     );
     assert_eq!(in_wgsl, in_rust);
     assert_eq!(span, size_of::<FrameUniforms>());
+}
+
+#[test]
+fn tile_uniforms_have_the_layout_of_the_shader() {
+    let (name, source) = shaders().into_iter().find(|(name, _)| name.ends_with("terrain.wgsl")).unwrap();
+    let module = parse(&name, &source);
+    let (in_wgsl, span) = members(&module, "Tiles");
+    let in_rust = fields!(
+        TileUniforms:
+        coarse_level,
+        coarse_step,
+        coarse_columns,
+        cell_side,
+        window,
+        first_tile,
+        tile_codes,
+        code_bytes,
+        scale_m,
+        offset_m,
+        padding
+    );
+    assert_eq!(in_wgsl, in_rust);
+    assert_eq!(span, size_of::<TileUniforms>());
 }

@@ -242,6 +242,7 @@ impl LodMethod for Tin {
             vertices: self.strips.vertices() * size_of::<BakedVertex>() as u64,
             indices: self.index_bytes(),
             instances: 0,
+            heights: None,
         }
     }
 

@@ -7,8 +7,8 @@ use std::f64::consts::FRAC_PI_2;
 use std::io::Write;
 
 use terrain_core::{
-    BakedVertex, Buffer, BufferSizes, Camera, Draw, FramePlan, Heightmap, IndexFormat, Lens, LocalVertex,
-    PatchInstance, PatchTag, Sample, VertexKind, View,
+    BakedVertex, Buffer, BufferSizes, Camera, Draw, FramePlan, HeightFormat, HeightTiles, Heightmap, IndexFormat, Lens,
+    LocalVertex, PatchInstance, PatchTag, Sample, VertexKind, View,
 };
 use terrain_renderer::{AdapterChoice, Gpu};
 
@@ -86,6 +86,7 @@ pub fn baked_grid(heightmap: &Heightmap, quads_per_draw: usize) -> Mesh {
         vertices: size_of_val(&vertices[..]) as u64,
         indices: size_of_val(&indices[..]) as u64,
         instances: 0,
+        heights: None,
     };
     Mesh { sizes, plan }
 }
@@ -126,8 +127,41 @@ pub fn coarse_grid(heightmap: &Heightmap, quads: u16, step: i16) -> Mesh {
         vertices: size_of_val(&vertices[..]) as u64,
         indices: size_of_val(&indices[..]) as u64,
         instances: size_of_val(&instances[..]) as u64,
+        heights: None,
     };
     Mesh { sizes, plan }
+}
+
+/// The same mesh with heights of its own, in tiles of 8 x 8 quads. Of a coarse mesh all levels read the coarse grid; of
+/// the others all read the tiles. The window holds all 8 x 6 cells of [`hills`].
+pub fn tiled(heightmap: &Heightmap, mesh: &Mesh, format: HeightFormat, coarse: bool) -> Mesh {
+    let samples = [heightmap.columns(), heightmap.rows()];
+    let coarse_level = if coarse { 0 } else { 16 };
+    let tiles = HeightTiles { format, samples, coarse_level, coarse_step: 2, cell_side: 8, window: 8 };
+    let mut plan = mesh.plan.clone();
+    let code = |column: u32, row: u32| {
+        let at = Sample { column: column.min(samples[0] - 1), row: row.min(samples[1] - 1) };
+        let height_m = heightmap.height_m(at);
+        match format {
+            HeightFormat::F32 => height_m.to_le_bytes().to_vec(),
+            HeightFormat::U16 { scale_m, offset_m } => {
+                (((f64::from(height_m) - offset_m) / scale_m) as u16).to_le_bytes().to_vec()
+            }
+        }
+    };
+    let mut send = |first: u64, codes: Vec<u8>| {
+        let padded = codes.len().next_multiple_of(4);
+        let mut codes = codes;
+        codes.resize(padded, 0);
+        plan.upload(Buffer::Heights, first * format.bytes(), &codes);
+    };
+    let [columns, rows] = tiles.coarse_size();
+    send(0, (0..rows).flat_map(|row| (0..columns).flat_map(move |column| code(2 * column, 2 * row))).collect());
+    for [column, row] in (0..6).flat_map(|row| (0..8).map(move |column| [column, row])) {
+        let samples = (8 * row..=8 * row + 8).flat_map(|row| (8 * column..=8 * column + 8).map(move |at| (at, row)));
+        send(tiles.tile([column, row]), samples.flat_map(|(column, row)| code(column, row)).collect());
+    }
+    Mesh { sizes: BufferSizes { heights: Some(tiles), ..mesh.sizes }, plan }
 }
 
 /// Patches take turns through all levels.

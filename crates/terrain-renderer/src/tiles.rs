@@ -1,0 +1,119 @@
+//! Heights that a method brings along: a storage buffer and where its tiles are, group 1 of `shaders/terrain.wgsl`.
+
+use bytemuck::{Pod, Zeroable};
+use terrain_core::{HeightFormat, HeightTiles};
+use wgpu::{BindGroupLayout, BufferUsages, ShaderStages};
+
+use crate::{Gpu, RenderError};
+
+/// `struct Tiles` of `shaders/terrain.wgsl`: [`HeightTiles`] as the shader needs them.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub struct TileUniforms {
+    /// [`HeightTiles::coarse_level`].
+    pub coarse_level: u32,
+    /// [`HeightTiles::coarse_step`].
+    pub coarse_step: u32,
+    /// Columns of the coarse grid.
+    pub coarse_columns: u32,
+    /// [`HeightTiles::cell_side`].
+    pub cell_side: u32,
+    /// [`HeightTiles::window`].
+    pub window: u32,
+    /// Code at which the tiles begin.
+    pub first_tile: u32,
+    /// Codes from one tile to the next.
+    pub tile_codes: u32,
+    /// Bytes of a code: 2, or 4 where it is the height itself.
+    pub code_bytes: u32,
+    /// Metres of one step.
+    pub scale_m: f32,
+    /// Metres at code 0.
+    pub offset_m: f32,
+    /// Up to a multiple of 16 bytes.
+    pub padding: [u32; 2],
+}
+
+impl TileUniforms {
+    /// The uniforms of these tiles.
+    ///
+    /// The shader decodes in f32: heights may differ from [`HeightFormat::decode`] in the last bit, all vertices of one
+    /// sample alike.
+    pub fn new(tiles: &HeightTiles) -> Self {
+        let [scale_m, offset_m] = match tiles.format {
+            HeightFormat::F32 => [1.0, 0.0],
+            HeightFormat::U16 { scale_m, offset_m } => [scale_m as f32, offset_m as f32],
+        };
+        Self {
+            coarse_level: tiles.coarse_level,
+            coarse_step: tiles.coarse_step,
+            coarse_columns: tiles.coarse_size()[0],
+            cell_side: tiles.cell_side,
+            window: tiles.window,
+            first_tile: tiles.coarse_codes() as u32,
+            tile_codes: tiles.tile_codes() as u32,
+            code_bytes: tiles.format.bytes() as u32,
+            scale_m,
+            offset_m,
+            padding: [0; 2],
+        }
+    }
+}
+
+/// Group 1: the uniforms and the codes, both for vertices alone.
+pub(crate) fn tile_layout(device: &wgpu::Device) -> BindGroupLayout {
+    let entry = |binding, ty| wgpu::BindGroupLayoutEntry {
+        binding,
+        visibility: ShaderStages::VERTEX,
+        ty: wgpu::BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: None },
+        count: None,
+    };
+    device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+        label: Some("height tiles"),
+        entries: &[
+            entry(0, wgpu::BufferBindingType::Uniform),
+            entry(1, wgpu::BufferBindingType::Storage { read_only: true }),
+        ],
+    })
+}
+
+/// The heights of one method.
+#[derive(Debug)]
+pub(crate) struct TileBuffer {
+    pub(crate) codes: wgpu::Buffer,
+    pub(crate) group: wgpu::BindGroup,
+}
+
+impl TileBuffer {
+    pub(crate) fn new(gpu: &Gpu, tiles: &HeightTiles) -> Result<Self, RenderError> {
+        let (bytes, limits) = (tiles.bytes(), gpu.device.limits());
+        if !gpu.facts().height_tiles {
+            return Err(RenderError::NoHeightTiles(gpu.facts().name.clone()));
+        }
+        let limit = limits.max_buffer_size.min(limits.max_storage_buffer_binding_size);
+        if bytes > limit {
+            return Err(RenderError::BufferTooLarge { buffer: "height", bytes, limit });
+        }
+        let create = |label, size, usage| {
+            let usage = usage | BufferUsages::COPY_DST;
+            gpu.device.create_buffer(&wgpu::BufferDescriptor {
+                label: Some(label),
+                size,
+                usage,
+                mapped_at_creation: false,
+            })
+        };
+        let codes = create("heights", bytes, BufferUsages::STORAGE);
+        let uniforms = create("height tiles", size_of::<TileUniforms>() as u64, BufferUsages::UNIFORM);
+        gpu.queue.write_buffer(&uniforms, 0, bytemuck::bytes_of(&TileUniforms::new(tiles)));
+        let group = gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: Some("height tiles"),
+            layout: &tile_layout(&gpu.device),
+            entries: &[
+                wgpu::BindGroupEntry { binding: 0, resource: uniforms.as_entire_binding() },
+                wgpu::BindGroupEntry { binding: 1, resource: codes.as_entire_binding() },
+            ],
+        });
+        Ok(Self { codes, group })
+    }
+}
