@@ -9,6 +9,9 @@
 //!   so that the side is no longer collapsed; of two sides, the one without which the block's error is smaller. To
 //!   split the child would not help: a child is finer than what its block has to match.
 //!
+//! Of a DEM that is streamed, what the restriction asks for may always be split (`window`). What the repair asks for may
+//! not: then the block stays as it is, and is noted.
+//!
 //! What is split so only makes blocks better, and has children that are fine (`errors`), so one pass up the levels is
 //! enough; inside a level a list grows while it is worked off. The order of the list is fixed, and with it the result.
 
@@ -26,12 +29,29 @@ pub(crate) struct Closure {
     list: Vec<Patch>,
     checks: Checks,
     verdicts: Verdicts,
+    denied: Vec<DeniedBlock>,
+}
+
+/// A block that is too bad and stays so, since the patch beyond one of its sides may not be split.
+pub(crate) struct DeniedBlock {
+    pub square: Square,
+    /// In steps.
+    pub error: u16,
 }
 
 impl Closure {
     pub fn new(grid: &Grid) -> Self {
         let (checks, verdicts) = (Checks::default(), Verdicts::default());
-        Self { border: Border::new(grid), list: Vec::new(), checks, verdicts }
+        Self { border: Border::new(grid), list: Vec::new(), checks, verdicts, denied: Vec::new() }
+    }
+
+    /// The blocks that the last pass has left too bad.
+    pub fn denied(&self) -> &[DeniedBlock] {
+        &self.denied
+    }
+
+    pub fn has_denied(&self) -> bool {
+        !self.denied.is_empty()
     }
 
     /// Compares all anew in the next pass.
@@ -42,6 +62,7 @@ impl Closure {
     /// Splits whatever is needed; repairs where there is a rule that knows errors.
     pub fn close(&mut self, grid: &Grid, split: &mut Split, rule: Option<(&Rule, &Odometer)>) {
         self.checks.clear();
+        self.denied.clear();
         self.verdicts.begin();
         for level in 1..=grid.top() {
             self.list.clear();
@@ -75,7 +96,7 @@ impl Closure {
     }
 
     fn repair(&mut self, rule: &Rule, odometer: &Odometer, split: &mut Split) {
-        let Self { border, list, checks, verdicts } = self;
+        let Self { border, list, checks, verdicts, denied } = self;
         let mut next = 0;
         while let Some(parent) = list.get(next).copied() {
             next += 1;
@@ -89,9 +110,12 @@ impl Closure {
                     let kept = leaf.tolerable_sides(rule, odometer, coarser & child.touched, checks);
                     for side in sides_of(coarser & child.touched & !kept) {
                         let beyond = rule.grid.neighbour(parent, side).expect("a coarser side has a neighbour");
-                        force(rule.grid, split, beyond, list);
-                        coarser &= !side.bit();
+                        if rule.grid.may_split(beyond.square) {
+                            force(rule.grid, split, beyond, list);
+                            coarser &= !side.bit();
+                        }
                     }
+                    denied.extend(leaf.denied(rule, coarser & child.touched, kept));
                 }
             }
         }
@@ -104,6 +128,7 @@ impl Closure {
 /// there. Otherwise the collapsed edge, clamped, would cut across the DEM while the clamped inner row lies beyond it,
 /// and triangles would fold over.
 fn force(grid: &Grid, split: &mut Split, patch: Patch, list: &mut Vec<Patch>) {
+    debug_assert!(grid.may_split(patch.square), "{patch:?} must be split and may not");
     let halves = if grid.crosses_rim(patch.square) { BOTH_HALVES } else { patch.half.bit() };
     let added = split.insert(grid, patch.square, halves);
     list.extend(Half::BOTH.into_iter().filter(|half| added & half.bit() != 0).map(|half| patch.square.half(half)));
@@ -117,6 +142,16 @@ struct Leaf {
 }
 
 impl Leaf {
+    /// The block with a mask, where that is more than what may be kept and too bad.
+    fn denied(&self, rule: &Rule, mask: u8, kept: u8) -> Option<DeniedBlock> {
+        if mask & !kept == 0 {
+            return None;
+        }
+        let error = rule.block_error(self.parent, &self.child, mask);
+        let is_too_bad = rule.is_too_bad(rule.distance_m(self.square), error).near;
+        is_too_bad.then_some(DeniedBlock { square: self.square, error })
+    }
+
     /// What may stay collapsed of a mask.
     fn tolerable_sides(&self, rule: &Rule, odometer: &Odometer, mut mask: u8, checks: &mut Checks) -> u8 {
         if mask == 0 {

@@ -19,6 +19,7 @@
 
 use crate::blocks::{ALL_COLLAPSED, index_list, local_vertices};
 use crate::border::{Border, BorderChild};
+use crate::cells::CellsHeader;
 use crate::deviation::deviation_m;
 use crate::grid::{Grid, Half, Patch, Square};
 use rayon::prelude::*;
@@ -29,7 +30,7 @@ pub(crate) struct ErrorTable {
     pub border: Border,
     /// Metres of one step.
     step_m: f64,
-    /// By level, from 1: the records of all squares, row by row.
+    /// By level, from 1: the records of all squares that are stored, see [`Grid::index`].
     layers: Vec<Vec<u16>>,
 }
 
@@ -59,6 +60,24 @@ impl ErrorTable {
             table.layers.push(codes);
         }
         table
+    }
+
+    /// Of a DEM whose coarser levels are resident; nothing else is loaded.
+    pub fn streamed(header: &CellsHeader, resident: Vec<Vec<u16>>, grid: &Grid) -> Self {
+        let room = |level: u32| vec![0; grid.layers[level as usize].squares_stored() * record_length(grid.k)];
+        let layers = (1..header.streamed).map(room).chain(resident).collect();
+        Self { border: Border::new(grid), step_m: header.step_m(), layers }
+    }
+
+    /// Takes the records of a cell's squares on streamed levels, by level from 1.
+    pub fn put(&mut self, grid: &Grid, cell: [u32; 2], records: &[Vec<u16>]) {
+        let length = self.record_length();
+        for ((layer, records), to) in grid.layers[1..].iter().zip(records).zip(&mut self.layers) {
+            let rows = records.chunks(layer.per_cell as usize * length);
+            for (range, row) in layer.rows_of(cell).zip(rows) {
+                to[range.start * length..range.end * length].copy_from_slice(&row[..range.len() * length]);
+            }
+        }
     }
 
     /// Metres of one step of the stored numbers.

@@ -29,7 +29,10 @@
 //! strip along a collapsed side that runs over the rim), so that it vanishes without an edge of its own.
 
 use crate::blocks::Side;
+use crate::cells::CellsHeader;
 use crate::options::Options;
+use crate::window::Window;
+use std::ops::Range;
 use terrain_core::{Aabb, Heightmap, PatchInstance, PatchTag, Sample};
 
 /// One of the two patches of a square, named after the corner where its right angle is.
@@ -90,9 +93,17 @@ pub(crate) struct Layer {
     pub size: [u32; 2],
     /// Columns and rows of squares that end on the DEM's last column and row or before.
     pub inside: [u32; 2],
+    /// Columns and rows of squares that there is room for: all, or those of the cells in the window.
+    pub stored: [u32; 2],
+    /// Whether that is less than all.
+    pub wraps: bool,
+    /// Squares along a cell.
+    pub per_cell: u32,
     /// Number of the level's first patch, see [`Grid::patch_number`].
     first_patch: u32,
-    /// Lowest and highest sample of each square, in metres, row by row.
+    /// See [`Grid::place`].
+    first_place: u32,
+    /// Lowest and highest sample of each square that is stored, in metres, row by row.
     heights_m: Vec<[f32; 2]>,
 }
 
@@ -100,6 +111,22 @@ impl Layer {
     /// Lowest and highest sample of each square, row by row.
     pub fn ranges_m(&self) -> &[[f32; 2]] {
         &self.heights_m
+    }
+
+    /// Squares that there is room for.
+    pub fn squares_stored(&self) -> usize {
+        self.stored[0] as usize * self.stored[1] as usize
+    }
+
+    /// Where the squares of a cell are stored: one range a row of them.
+    pub fn rows_of(&self, cell: [u32; 2]) -> impl Iterator<Item = Range<usize>> + use<> {
+        let (size, stored, per_cell) = (self.size, self.stored.map(|at| at as usize), self.per_cell);
+        let first = cell.map(|at| at * per_cell);
+        let columns = per_cell.min(size[0] - first[0]) as usize;
+        (first[1]..(first[1] + per_cell).min(size[1])).map(move |row| {
+            let start = row as usize % stored[1] * stored[0] + first[0] as usize % stored[0];
+            start..start + columns
+        })
     }
 }
 
@@ -112,21 +139,72 @@ pub(crate) struct Grid {
     spacing_m: [f64; 2],
     /// By level, the finest first.
     pub layers: Vec<Layer>,
+    /// The cells that are loaded, where not all is in memory.
+    pub window: Window,
+}
+
+/// Squares side by side: in the DEM, and where they are stored.
+pub(crate) struct Run {
+    /// The first one.
+    pub first: Square,
+    /// Its position.
+    pub start: usize,
+    pub length: usize,
 }
 
 impl Grid {
     pub fn new(heightmap: &Heightmap, options: &Options) -> Self {
-        let last = [heightmap.columns() - 1, heightmap.rows() - 1];
-        let mut grid = Self { k: options.k, last, spacing_m: heightmap.spacing_m(), layers: Vec::new() };
+        let samples = [heightmap.columns(), heightmap.rows()];
+        let mut grid = Self::sized(samples, heightmap.spacing_m(), options, Window::everything());
         for level in 0..options.layers {
-            let (step, side) = (grid.k.pow(level), grid.k.pow(level + 1));
-            let [size, inside] = [last.map(|end| end.div_ceil(side)), last.map(|end| end / side)];
-            let first_patch = grid.patches();
-            grid.layers.push(Layer { step, side, size, inside, first_patch, heights_m: Vec::new() });
             grid.layers[level as usize].heights_m =
                 grid.squares(level).map(|square| grid.height_range_m(heightmap, square)).collect();
         }
         grid
+    }
+
+    /// Of a DEM whose coarser levels are resident; nothing else is loaded.
+    pub fn streamed(header: &CellsHeader, ranges_m: Vec<Vec<[f32; 2]>>, options: &Options, window_side: u32) -> Self {
+        let window = Window::new(header.streamed, window_side, header.cells());
+        let mut grid = Self::sized(header.samples, header.spacing_m, options, window);
+        for layer in &mut grid.layers[..header.streamed as usize] {
+            layer.heights_m = vec![[0.0; 2]; layer.squares_stored()];
+        }
+        for (layer, ranges_m) in grid.layers[header.streamed as usize..].iter_mut().zip(ranges_m) {
+            layer.heights_m = ranges_m;
+        }
+        grid
+    }
+
+    /// Without height ranges.
+    fn sized(samples: [u32; 2], spacing_m: [f64; 2], options: &Options, window: Window) -> Self {
+        let last = samples.map(|samples| samples - 1);
+        let mut grid = Self { k: options.k, last, spacing_m, layers: Vec::new(), window };
+        for level in 0..options.layers {
+            let (step, side) = (grid.k.pow(level), grid.k.pow(level + 1));
+            let [size, inside] = [last.map(|end| end.div_ceil(side)), last.map(|end| end / side)];
+            let per_cell = grid.k.pow(options.layers - 1 - level);
+            let room = if level < grid.window.streamed { grid.window.side() * per_cell } else { u32::MAX };
+            let stored = size.map(|squares| squares.min(room));
+            let [first_patch, first_place] = [grid.patches(), grid.places()];
+            let wraps = stored != size;
+            let heights_m = Vec::new();
+            let layer =
+                Layer { step, side, size, inside, stored, wraps, per_cell, first_patch, first_place, heights_m };
+            grid.layers.push(layer);
+        }
+        grid
+    }
+
+    /// Takes the height ranges of a cell's squares on streamed levels, by level.
+    pub fn put(&mut self, cell: [u32; 2], ranges_m: &[Vec<[f32; 2]>]) {
+        for (layer, ranges_m) in self.layers.iter_mut().zip(ranges_m) {
+            let rows = ranges_m.chunks(layer.per_cell as usize);
+            for (range, row_m) in layer.rows_of(cell).zip(rows) {
+                let columns = range.len();
+                layer.heights_m[range].copy_from_slice(&row_m[..columns]);
+            }
+        }
     }
 
     /// Of the samples on level 0, above that of the children.
@@ -162,9 +240,57 @@ impl Grid {
         (0..rows).flat_map(move |row| (0..columns).map(move |column| Square { level, column, row }))
     }
 
-    /// Position of a square in [`Self::squares`].
+    /// Where what is kept of a square is stored: its position in [`Self::squares`]; on streamed levels that of its cell's
+    /// place in the window, which must be [held](Self::is_stored).
     pub fn index(&self, square: Square) -> usize {
-        square.row as usize * self.layer(square).size[0] as usize + square.column as usize
+        let layer = self.layer(square);
+        let [columns, rows] = layer.stored;
+        let (column, row) =
+            if layer.wraps { (square.column % columns, square.row % rows) } else { (square.column, square.row) };
+        row as usize * columns as usize + column as usize
+    }
+
+    /// Whether anything is kept of a square.
+    pub fn is_stored(&self, square: Square) -> bool {
+        square.level >= self.window.streamed || self.window.holds(self.cell_number(square))
+    }
+
+    /// Whether a patch of a square may be split: see `window`.
+    pub fn may_split(&self, square: Square) -> bool {
+        square.level > self.window.streamed || self.window.may_split(square.level, self.cell_number(square))
+    }
+
+    /// Column and row of the cell that a square lies in.
+    pub fn cell_number(&self, square: Square) -> [u32; 2] {
+        let per_cell = self.layer(square).per_cell;
+        [square.column / per_cell, square.row / per_cell]
+    }
+
+    /// The square that is stored at a position.
+    pub fn square_at(&self, level: u32, index: usize) -> Square {
+        let Layer { stored, wraps, per_cell, .. } = self.layers[level as usize];
+        let at = [index as u32 % stored[0], index as u32 / stored[0]];
+        if !wraps {
+            return Square { level, column: at[0], row: at[1] };
+        }
+        let cell = self.window.holder(at.map(|at| at / per_cell));
+        let [column, row] = [0, 1].map(|axis| cell[axis] * per_cell + at[axis] % per_cell);
+        Square { level, column, row }
+    }
+
+    /// All squares of a level that are stored, in the order of the DEM whatever their places: row by row.
+    pub fn runs(&self, level: u32) -> impl Iterator<Item = Run> + use<> {
+        let Layer { stored: [columns, rows], wraps, per_cell, .. } = self.layers[level as usize];
+        let first = if wraps { self.window.first().map(|at| at * per_cell) } else { [0; 2] };
+        let before_seam = columns - first[0] % columns;
+        let run = move |row: u32, column: u32, length: u32| {
+            let start = (row % rows) as usize * columns as usize + (column % columns) as usize;
+            (length > 0).then_some(Run { first: Square { level, column, row }, start, length: length as usize })
+        };
+        (first[1]..first[1] + rows).flat_map(move |row| {
+            let seam = first[0] + before_seam;
+            [run(row, first[0], before_seam), run(row, seam, columns - before_seam)].into_iter().flatten()
+        })
     }
 
     /// Patches of all layers so far. A DEM of the largest size has fewer than 2^32.
@@ -172,9 +298,21 @@ impl Grid {
         self.layers.last().map_or(0, |layer| layer.first_patch + 2 * layer.size[0] * layer.size[1])
     }
 
-    /// A running number: level by level, square by square, half by half.
+    /// A running number over the DEM: level by level, square by square, half by half.
     pub fn patch_number(&self, patch: Patch) -> u32 {
-        self.layer(patch.square).first_patch + 2 * self.index(patch.square) as u32 + patch.half as u32
+        let Square { column, row, .. } = patch.square;
+        let Layer { first_patch, size, .. } = self.layer(patch.square);
+        first_patch + 2 * (row * size[0] + column) + patch.half as u32
+    }
+
+    /// Patches of all layers so far that there is room for.
+    pub fn places(&self) -> u32 {
+        self.layers.last().map_or(0, |layer| layer.first_place + 2 * layer.stored[0] * layer.stored[1])
+    }
+
+    /// The same for patches that are stored: below [`Self::places`].
+    pub fn place(&self, patch: Patch) -> u32 {
+        self.layer(patch.square).first_place + 2 * self.index(patch.square) as u32 + patch.half as u32
     }
 
     /// What all batchings say of a patch, in every view. A tag has 27 bits for a number: on the largest DEMs they begin
@@ -256,9 +394,11 @@ impl Grid {
         self.exists(square).then_some(square.half(patch.half.other()))
     }
 
-    /// The positions of the squares beyond a patch's sides, in [`Self::squares`]: those of its [`Self::neighbour`]s, all
-    /// at once.
+    /// Where the squares beyond a patch's sides are stored: those of its [`Self::neighbour`]s, all at once.
     pub fn beyond(&self, patch: Patch) -> [Option<usize>; 3] {
+        if self.layer(patch.square).wraps {
+            return Side::ALL.map(|side| Some(self.index(self.neighbour(patch, side)?.square)));
+        }
         let (Square { column, row, .. }, index) = (patch.square, self.index(patch.square));
         let [columns, rows] = self.layer(patch.square).size;
         let below = columns as usize;

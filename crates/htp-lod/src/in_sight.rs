@@ -10,6 +10,9 @@ use crate::levels::Levels;
 use crate::slots::Slots;
 use terrain_core::View;
 
+/// Bytes of [`InSight`] for one square.
+pub(crate) const BYTES_A_SQUARE: u64 = size_of::<State>() as u64;
+
 /// What the last frame has found, by level and square; nothing for level 0.
 pub(crate) struct InSight {
     layers: Vec<Vec<State>>,
@@ -26,7 +29,7 @@ impl InSight {
     /// Nothing is in sight.
     pub fn new(grid: &Grid) -> Self {
         let nothing = State { sight: Sight::None, changed: false };
-        let squares = |level: u32| if level == 0 { 0 } else { grid.squares(level).count() };
+        let squares = |level: u32| if level == 0 { 0 } else { grid.layers[level as usize].squares_stored() };
         Self { layers: (0..=grid.top()).map(|level| vec![nothing; squares(level)]).collect() }
     }
 
@@ -105,8 +108,11 @@ impl Visit<'_> {
         }
     }
 
-    /// Draws nothing of a square.
+    /// Draws nothing of a square. Nothing is drawn below what is not split, and so of what is not stored.
     fn clear(&mut self, square: Square) {
+        if !self.grid.is_stored(square) {
+            return;
+        }
         if square.level > 0 {
             let state = &mut self.layers[square.level as usize][self.grid.index(square)];
             if std::mem::replace(&mut state.sight, Sight::None) == Sight::None {
@@ -119,6 +125,6 @@ impl Visit<'_> {
 
     fn set(&mut self, square: Square, half: Half, mask: Option<u8>) {
         let patch = square.half(half);
-        self.slots.set(self.grid.patch_number(patch), mask, || self.grid.instance(patch));
+        self.slots.set(self.grid.place(patch), mask, || self.grid.instance(patch));
     }
 }

@@ -25,7 +25,7 @@ pub(crate) struct Instanced {
 impl Instanced {
     /// Nothing is drawn.
     pub fn new(grid: &Grid) -> Self {
-        Self { in_sight: InSight::new(grid), slots: Slots::new(grid.patches()) }
+        Self { in_sight: InSight::new(grid), slots: Slots::new(grid.places()) }
     }
 
     /// Bytes of the instance buffer.

@@ -5,7 +5,7 @@
 
 use crate::blocks::Side;
 use crate::closure::Closure;
-use crate::grid::{BOTH_HALVES, Grid, Half, Patch, Square};
+use crate::grid::{BOTH_HALVES, Grid, Half, Patch, Run, Square};
 use crate::rule::Rule;
 use crate::wishes::Wishes;
 use terrain_core::odometer::Odometer;
@@ -32,13 +32,21 @@ impl Split {
         added
     }
 
-    /// Appends the patches of a level that have coarser sides, square by square, row by row.
+    /// Appends the patches of a level that have coarser sides, square by square, row by row over the DEM: the order
+    /// decides what is repaired (`closure`), and must not depend on where a window keeps its squares.
     pub fn frontier(&self, grid: &Grid, level: u32, list: &mut Vec<Patch>) {
-        let (bits, columns) = (&self.0[level as usize], grid.layers[level as usize].size[0] as usize);
-        for (row, line) in bits.chunks(columns).enumerate() {
-            for column in non_zero(line).filter(|column| !is_inside(bits, columns, row * columns + column)) {
-                let square = Square { level, column: column as u32, row: row as u32 };
-                let split = Half::BOTH.into_iter().filter(|half| line[column] & half.bit() != 0);
+        let (bits, layer) = (&self.0[level as usize], &grid.layers[level as usize]);
+        let columns = layer.stored[0] as usize;
+        for Run { first, start, length } in grid.runs(level) {
+            let line = &bits[start..start + length];
+            // Beyond the seams of a window the next position is not the next square.
+            let is_inside = |at: usize| {
+                let at_seam = layer.wraps && (at.is_multiple_of(columns) || (at + 1).is_multiple_of(columns));
+                !at_seam && is_inside(bits, columns, at)
+            };
+            for at in non_zero(line).filter(|at| !is_inside(start + at)) {
+                let square = Square { column: first.column + at as u32, ..first };
+                let split = Half::BOTH.into_iter().filter(|half| line[at] & half.bit() != 0);
                 let patches = split.map(|half| square.half(half));
                 list.extend(patches.filter(|patch| self.coarser_sides(grid, *patch) != 0));
             }
@@ -84,6 +92,8 @@ pub(crate) struct Levels {
     /// Of the view before.
     before: Split,
     changed: Vec<Square>,
+    /// Whether the closure would take another course, whatever its checks say.
+    reopened: bool,
 }
 
 impl Levels {
@@ -92,7 +102,7 @@ impl Levels {
         let wishes = Wishes::new(grid);
         let split = Split(wishes.halves().to_vec());
         let (before, closure) = (split.clone(), Closure::new(grid));
-        Self { wishes, closure, odometer: Odometer::default(), before, split, changed: Vec::new() }
+        Self { wishes, closure, odometer: Odometer::default(), before, split, changed: Vec::new(), reopened: false }
     }
 
     /// The split patches.
@@ -109,9 +119,25 @@ impl Levels {
             self.wishes.expire();
             self.closure.expire();
         }
-        if self.wishes.update(rule, &self.odometer) || all_anew || !self.closure.still_holds(rule, &self.odometer) {
+        let is_reopened = std::mem::take(&mut self.reopened) || all_anew;
+        if self.wishes.update(rule, &self.odometer) || is_reopened || !self.closure.still_holds(rule, &self.odometer) {
             self.close(rule.grid, Some(rule));
         }
+    }
+
+    /// To be told when more or less may be split than before, since cells have come or gone; `fewer` are those in which
+    /// it is less.
+    pub fn reconsider(&mut self, grid: &Grid, fewer: &[[u32; 2]]) {
+        self.wishes.reconsider(grid, fewer);
+        self.reopened |= !fewer.is_empty() || self.closure.has_denied();
+    }
+
+    /// What is drawn more coarsely than it should be, since it may not be split: squares, and how many pixels each
+    /// counts.
+    pub fn unheld<'a>(&'a self, rule: &'a Rule) -> impl Iterator<Item = (Square, f64)> + 'a {
+        let patches = self.wishes.denied().map(|denied| (denied.square, rule.patch_px(denied.square, denied.halves)));
+        let blocks = self.closure.denied().iter().map(|block| (block.square, rule.block_px(block.square, block.error)));
+        patches.chain(blocks)
     }
 
     /// Squares that hold a patch that was split or merged by the last view, and those beyond such a patch's sides:
@@ -135,14 +161,14 @@ impl Levels {
     /// Lists what has changed on one level.
     fn compare(&mut self, grid: &Grid, level: u32) {
         let (now, before) = (&self.split.0[level as usize], &self.before.0[level as usize]);
-        let columns = grid.layers[level as usize].size[0] as usize;
+        let columns = grid.layers[level as usize].stored[0] as usize;
         for (row, (now, before)) in now.chunks(columns).zip(before.chunks(columns)).enumerate() {
             if now == before {
                 continue;
             }
             for (column, (now, before)) in now.iter().zip(before).enumerate().filter(|(_, (now, before))| now != before)
             {
-                let square = Square { level, column: column as u32, row: row as u32 };
+                let square = grid.square_at(level, row * columns + column);
                 self.changed.push(square);
                 let halves = Half::BOTH.into_iter().filter(|half| (now ^ before) & half.bit() != 0);
                 let sides = halves.flat_map(|half| Side::ALL.map(|side| grid.neighbour(square.half(half), side)));

@@ -2,15 +2,18 @@
 
 use crate::blocks::{Blocks, local_vertices};
 use crate::cell_vertices::CellVertices;
+use crate::cells::{CellFile, Resident};
 use crate::errors::ErrorTable;
+use crate::failures::FailedReads;
 use crate::geomorph;
 use crate::grid::Grid;
 use crate::instanced::Instanced;
 use crate::levels::Levels;
 use crate::merged_cell::MergedCell;
-use crate::options::{Batching, HtpError, LevelMetric, Options};
+use crate::options::{Batching, HtpError, LevelMetric, Loading, Options};
 use crate::per_patch::PerPatch;
 use crate::rule::Rule;
+use crate::stream::{self, Stream};
 use std::sync::Arc;
 use terrain_core::{Buffer, BufferSizes, FramePlan, Heightmap, IndexFormat, LocalVertex, LodMethod, VertexKind, View};
 
@@ -23,6 +26,8 @@ pub struct Htp {
     levels: Levels,
     culling: bool,
     rendering: Rendering,
+    /// Where not all is in memory.
+    stream: Option<Stream>,
     initialised: bool,
 }
 
@@ -53,8 +58,58 @@ impl Htp {
             errors,
             grid,
             rendering,
+            stream: None,
             initialised: false,
         })
+    }
+
+    /// The hierarchy over a DEM of which only the coarse levels are in memory; cells are loaded around the eye, as
+    /// [`Options::loading`] and [`Options::window_mib`] say. For [`Batching::Instanced`].
+    pub fn stream(file: CellFile, resident: Resident, options: Options) -> Result<Self, HtpError> {
+        options.validate()?;
+        stream::check(file.header(), &options)?;
+        if options.batching != Batching::Instanced {
+            return Err(HtpError::StreamedBatching(options.batching));
+        }
+        let window = stream::window_side(file.header(), &options)?;
+        Self::stream_window(file, resident, options, window)
+    }
+
+    /// With so many cells along the window.
+    fn stream_window(file: CellFile, resident: Resident, options: Options, window: u32) -> Result<Self, HtpError> {
+        let (coarse, grid, errors) = stream::tables(file.header(), resident, &options, window);
+        let stream = Stream::new(file, coarse, &options, window);
+        Ok(Self {
+            options,
+            blocks: Blocks::new(options.k),
+            levels: Levels::new(&grid),
+            culling: true,
+            errors,
+            rendering: Rendering::Instanced(Box::new(Instanced::new(&grid))),
+            grid,
+            stream: Some(stream.map_err(|error| HtpError::Thread(error.to_string()))?),
+            initialised: false,
+        })
+    }
+
+    /// Bytes of all that is kept of a streamed DEM, those on the GPU included; 0 for one in memory.
+    pub fn resident_bytes(&self) -> u64 {
+        self.stream.as_ref().map_or(0, Stream::resident_bytes)
+    }
+
+    /// Cells along the window of a streamed DEM; 0 for one in memory.
+    pub fn window_cells(&self) -> u32 {
+        self.grid.window.side()
+    }
+
+    /// Reads of cells that failed.
+    pub fn failed_reads(&self) -> FailedReads {
+        self.stream.as_ref().map_or_else(FailedReads::default, |stream| stream.failures.reads)
+    }
+
+    /// What is to be told of cells that cannot be read, since the last time: a line for each cell and kind of failure.
+    pub fn take_messages(&mut self) -> Vec<String> {
+        self.stream.as_mut().map_or_else(Vec::new, |stream| stream.failures.take_messages())
     }
 
     /// Bytes of the errors that are kept for [`LevelMetric::Error`].
@@ -70,6 +125,9 @@ impl Htp {
         if std::mem::replace(&mut self.initialised, true) {
             return;
         }
+        if let Some(stream) = &mut self.stream {
+            stream.initialise(plan);
+        }
         match self.rendering {
             Rendering::PerPatch(..) => plan.upload(Buffer::Indices, 0, &self.blocks.indices),
             Rendering::MergedCell(..) => {}
@@ -78,6 +136,34 @@ impl Htp {
                 plan.upload(Buffer::Vertices, 0, &local_vertices(self.grid.k));
             }
         }
+    }
+
+    /// Phase 2, cell loading: cells that come and go.
+    fn load_cells(&mut self, view: &View, plan: &mut FramePlan) {
+        let Some(stream) = &mut self.stream else { return };
+        if stream.leave(&mut self.grid, &mut self.levels, view) {
+            self.compute_levels(view);
+            self.select_patches(view);
+        }
+        let Some(stream) = &mut self.stream else { return };
+        if self.options.loading == Loading::Blocking {
+            stream.free(&mut self.grid);
+        }
+        stream.enter(&mut self.grid, self.errors.as_mut(), &mut self.levels, view, plan);
+    }
+
+    /// What the plan lacks for want of cells.
+    fn report(&self, view: &View, plan: &mut FramePlan) {
+        let Some(stream) = &self.stream else { return };
+        let rule = Rule::new(&self.options, &self.grid, self.errors.as_ref(), view);
+        let mut missing = Vec::new();
+        for (square, px) in self.levels.unheld(&rule) {
+            plan.unheld_px = plan.unheld_px.max(px);
+            missing.extend(rule.sees(square).then(|| self.grid.cell_number(square)));
+        }
+        missing.sort_unstable();
+        missing.dedup();
+        plan.streaming = stream.report(missing.len() as u64);
     }
 
     /// Phase 4: which patches are split.
@@ -142,7 +228,7 @@ impl LodMethod for Htp {
                 vertices: (local_vertices(self.grid.k).len() * size_of::<LocalVertex>()) as u64,
                 indices: self.block_bytes(),
                 instances: instanced.bytes(),
-                heights: None,
+                heights: self.stream.as_ref().map(Stream::tiles),
             },
         }
     }
@@ -152,16 +238,16 @@ impl LodMethod for Htp {
     }
 
     /// The paper's phases. Phase 3, cell binding, is the grid's numbering.
-    ///
-    /// Deviation: phase 2, cell loading, is left out with the windows of section 4.2: the whole DEM is in memory.
     fn plan(&mut self, view: &View, plan: &mut FramePlan) {
         plan.clear();
         self.initialise(plan); // phase 1
+        self.load_cells(view, plan); // phase 2, and of phase 5 the heights of the cells that enter
         self.compute_levels(view); // phase 4
         self.select_patches(view);
         self.merge_vertex_buffers(plan); // phase 5
         self.render(plan); // phase 6
         plan.morph = self.options.geomorph.then(|| geomorph::morph(&self.options, &self.grid, view));
+        self.report(view, plan);
     }
 }
 
@@ -173,3 +259,5 @@ mod follow_tests;
 mod glide_tests;
 #[cfg(test)]
 mod mesh_tests;
+#[cfg(test)]
+mod stream_tests;

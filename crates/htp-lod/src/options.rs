@@ -13,6 +13,16 @@ pub enum Batching {
     Instanced,
 }
 
+/// Whether a plan waits for the cells that it wants.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Loading {
+    /// A thread reads; plans take what has arrived, and draw the coarse levels of the rest.
+    #[default]
+    Live,
+    /// Each plan reads all cells around the eye that it lacks: plans depend on the views so far and on nothing else.
+    Blocking,
+}
+
 /// What decides which patches are split (section 3, phase 4).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum LevelMetric {
@@ -55,6 +65,11 @@ pub struct Options {
     /// Whether levels glide into one another instead of popping ([`Morph`](terrain_core::Morph)); default `false`.
     /// For [`LevelMetric::Distance`] with [`Batching::Instanced`]: see `geomorph` for why no other.
     pub geomorph: bool,
+    /// For [`Htp::stream`](crate::Htp::stream): MiB that all that is kept of the DEM may take, the GPU's heights
+    /// included; default 256.
+    pub window_mib: u32,
+    /// For [`Htp::stream`](crate::Htp::stream): whether plans wait for cells; default [`Loading::Live`].
+    pub loading: Loading,
 }
 
 impl Default for Options {
@@ -67,6 +82,8 @@ impl Default for Options {
             tolerance_px: 1.0,
             batching: Batching::default(),
             geomorph: false,
+            window_mib: 256,
+            loading: Loading::default(),
         }
     }
 }
@@ -150,6 +167,29 @@ pub enum HtpError {
         /// [`Options::layers`].
         layers: u32,
     },
+    /// Cells are streamed for instances alone, since no other batching takes its heights from elsewhere.
+    #[error("batching {0:?} with cells that are loaded one by one: expected instances")]
+    StreamedBatching(Batching),
+    /// Cells that were cut for other settings.
+    #[error("cells of k {} with {} layers: expected k {} with {} layers; cut them again or change the settings",
+        found[0], found[1], expected[0], expected[1])]
+    OtherCells {
+        /// `k` and layers of the cells.
+        found: [u32; 2],
+        /// [`Options::k`] and [`Options::layers`].
+        expected: [u32; 2],
+    },
+    /// [`Options::window_mib`] too small for what is always resident and one cell.
+    #[error("window of {window_mib} MiB: expected at least {needed_mib} for these cells")]
+    WindowMib {
+        /// [`Options::window_mib`].
+        window_mib: u32,
+        /// The smallest window.
+        needed_mib: u64,
+    },
+    /// The thread that reads cells could not be started.
+    #[error("no thread to read cells: {0}; load them blocking")]
+    Thread(String),
     /// The DEM has too many patches for vertices of their own ([`Batching::PerPatch`], [`Batching::MergedCell`]).
     #[error("{patches} patches with vertices of their own: expected at most {limit}; use instances")]
     Patches {

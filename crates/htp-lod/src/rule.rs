@@ -21,6 +21,8 @@ pub(crate) struct Rule<'a> {
     pub grid: &'a Grid,
     view: &'a View,
     metric: Metric<'a>,
+    /// What the metric allows.
+    limit_px: f64,
 }
 
 enum Metric<'a> {
@@ -52,7 +54,8 @@ impl<'a> Rule<'a> {
             }
             (LevelMetric::Error, None) => unreachable!("levels by error without errors"),
         };
-        Self { grid, view, metric }
+        let limit_px = if options.metric == LevelMetric::Error { options.tolerance_px } else { options.leg_px };
+        Self { grid, view, metric, limit_px }
     }
 
     /// The errors, where they matter.
@@ -97,6 +100,31 @@ impl<'a> Rule<'a> {
             Metric::Error { reach_per_step_m, .. } => answer(distance_m, error as f64 * reach_per_step_m),
             _ => Answer { near: false, slack_m: f64::INFINITY },
         }
+    }
+
+    /// How many pixels the metric counts for the worst of some halves of a square, where the limit would split them.
+    pub fn patch_px(&self, square: Square, halves: u8) -> f64 {
+        let reaches_m = Half::BOTH.map(|half| (half, self.reaches_m(square)[half as usize]));
+        let of = reaches_m.into_iter().filter(|(half, _)| halves & half.bit() != 0).map(|(_, reach_m)| reach_m);
+        self.px(square, of.fold(0.0, f64::max))
+    }
+
+    /// The same for a block with an error in steps.
+    pub fn block_px(&self, square: Square, error: u16) -> f64 {
+        match &self.metric {
+            Metric::Error { reach_per_step_m, .. } => self.px(square, error as f64 * reach_per_step_m),
+            _ => 0.0,
+        }
+    }
+
+    /// At its reach a length is as long as allowed.
+    fn px(&self, square: Square, reach_m: f64) -> f64 {
+        self.limit_px * reach_m / self.distance_m(square)
+    }
+
+    /// Whether a square may be in sight.
+    pub fn sees(&self, square: Square) -> bool {
+        self.view.sees(&self.grid.bounds_world(square))
     }
 
     pub fn distance_m(&self, square: Square) -> f64 {

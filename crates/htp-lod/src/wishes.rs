@@ -1,11 +1,18 @@
 //! Which patches want to be split, by the metric alone: LOD computation (section 3, phase 4), from the top down.
 //!
+//! Of a DEM that is streamed, what may not be split for want of its cell (`window`) counts as not wished for, and is
+//! noted.
+//!
 //! Every square knows the odometer reading at which one of the decisions in it, or in any square below it, may flip.
 //! A frame visits only the squares where that has come, which are few: see `odometer`.
 
-use crate::grid::{BOTH_HALVES, Grid, Square};
+use crate::grid::{BOTH_HALVES, Grid, Half, Square};
 use crate::rule::Rule;
+use std::collections::BTreeMap;
 use terrain_core::odometer::{NEVER, Odometer, PASSED};
+
+/// Bytes of [`Wishes`] for one square.
+pub(crate) const BYTES_A_SQUARE: u64 = (size_of::<u8>() + size_of::<f64>()) as u64;
 
 /// The wishes of all patches above the finest layer.
 pub(crate) struct Wishes {
@@ -13,19 +20,69 @@ pub(crate) struct Wishes {
     halves: Vec<Vec<u8>>,
     /// By level and square: when the square is to be visited again.
     deadlines_m: Vec<Vec<f64>>,
+    /// By the number of a square's first patch: wishes that are denied, of patches whose parents' are not.
+    denied: BTreeMap<u32, Denied>,
     /// Whether the last update has changed any.
     flipped: bool,
+}
+
+/// Halves of a square that want to be split and may not.
+#[derive(Clone, Copy)]
+pub(crate) struct Denied {
+    pub square: Square,
+    pub halves: u8,
 }
 
 impl Wishes {
     /// Nothing is decided.
     pub fn new(grid: &Grid) -> Self {
-        let squares = |level: u32| if level == 0 { 0 } else { grid.squares(level).count() };
+        let squares = |level: u32| if level == 0 { 0 } else { grid.layers[level as usize].squares_stored() };
         Self {
             halves: (0..=grid.top()).map(|level| vec![0; squares(level)]).collect(),
             deadlines_m: (0..=grid.top()).map(|level| vec![PASSED; squares(level)]).collect(),
+            denied: BTreeMap::new(),
             flipped: false,
         }
+    }
+
+    /// Wishes that are denied, and no parent's is.
+    pub fn denied(&self) -> impl Iterator<Item = &Denied> {
+        self.denied.values()
+    }
+
+    /// Has the next update decide anew what the loading of cells may have changed; `fewer` are those in which less may
+    /// be split.
+    pub fn reconsider(&mut self, grid: &Grid, fewer: &[[u32; 2]]) {
+        let granted = self.denied.values().map(|denied| denied.square).filter(|square| grid.may_split(*square));
+        let mut due: Vec<Square> = granted.collect();
+        for (cell, level) in fewer.iter().flat_map(|cell| (1..=grid.window.streamed).map(move |level| (cell, level))) {
+            if !grid.window.may_split(level, *cell) {
+                let rows = grid.layers[level as usize].rows_of(*cell);
+                let wished = rows.flatten().filter(|index| self.halves[level as usize][*index] != 0);
+                due.extend(wished.map(|index| grid.square_at(level, index)));
+            }
+        }
+        due.into_iter().for_each(|square| self.expire_path(grid, square));
+    }
+
+    /// Has a square and all above it visited.
+    fn expire_path(&mut self, grid: &Grid, mut square: Square) {
+        loop {
+            self.deadlines_m[square.level as usize][grid.index(square)] = PASSED;
+            if square.level == grid.top() {
+                return;
+            }
+            square = grid.parent_square(square);
+        }
+    }
+
+    /// Takes note of what a square may not have.
+    fn deny(&mut self, grid: &Grid, square: Square, halves: u8) {
+        let number = grid.patch_number(square.half(Half::NorthWest));
+        match halves {
+            0 => self.denied.remove(&number),
+            _ => self.denied.insert(number, Denied { square, halves }),
+        };
     }
 
     /// By level and square: the halves that want to be split.
@@ -56,13 +113,18 @@ impl Wishes {
     fn visit(&mut self, rule: &Rule, odometer: &Odometer, square: Square, with_parent: u8) -> f64 {
         let (level, index) = (square.level as usize, rule.grid.index(square));
         let before = self.halves[level][index];
-        let (now, mut deadline_m) = match with_parent {
+        let (mut now, mut deadline_m) = match with_parent {
             0 => (0, NEVER),
             _ => {
                 let (wish, slack_m) = rule.wish(square);
                 (wish & with_parent, odometer.deadline_m(slack_m))
             }
         };
+        if square.level <= rule.grid.window.streamed {
+            let denied = if rule.grid.may_split(square) { 0 } else { now };
+            self.deny(rule.grid, square, denied);
+            now &= !denied;
+        }
         debug_assert!(now % BOTH_HALVES == 0 || !rule.grid.crosses_rim(square), "{square:?} wants one half at the rim");
         self.halves[level][index] = now;
         self.flipped |= now != before;

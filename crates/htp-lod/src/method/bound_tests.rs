@@ -9,7 +9,7 @@ use terrain_core::{MeshMirror, Sample, SplitMix64};
 use terrain_dem::ReadOptions;
 
 /// The largest error of all samples in pixels.
-fn largest_error_px(heightmap: &Heightmap, oracle: &ErrorOracle, view: &View) -> f64 {
+pub(super) fn largest_error_px(heightmap: &Heightmap, oracle: &ErrorOracle, view: &View) -> f64 {
     let mut largest = 0.0_f64;
     for (i, deviation_m) in oracle.deviations_m().enumerate() {
         let [column, row] = [i as u32 % heightmap.columns(), i as u32 / heightmap.columns()];

@@ -12,7 +12,7 @@ fn terrain(columns: u32, rows: u32) -> Arc<Heightmap> {
 
 impl Htp {
     /// Decides and looks at all anew in the next plan.
-    fn forget(&mut self) {
+    pub(super) fn forget(&mut self) {
         self.levels.forget();
         if let Rendering::Instanced(instanced) = &mut self.rendering {
             instanced.forget();
