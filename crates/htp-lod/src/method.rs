@@ -254,6 +254,8 @@ impl LodMethod for Htp {
 #[cfg(test)]
 mod bound_tests;
 #[cfg(test)]
+mod fault_tests;
+#[cfg(test)]
 mod follow_tests;
 #[cfg(test)]
 mod glide_tests;

@@ -123,7 +123,7 @@ fn all_mixes_of_small_dems_are_watertight() {
 }
 
 /// Neighbours differ by one level at most, and each mask says what its neighbours are.
-fn assert_restricted(method: &Htp) {
+pub(super) fn assert_restricted(method: &Htp) {
     let Htp { grid, levels, .. } = method;
     let is_split = |patch: Patch| levels.split().contains(grid, patch);
     for leaf in &all_leaves(method) {

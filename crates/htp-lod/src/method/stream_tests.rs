@@ -10,7 +10,7 @@ use terrain_core::walk::RandomWalk;
 use terrain_core::{Draw, MeshMirror, PatchInstance, contract};
 
 /// Synthetic terrain, in whole metres (16 bits a height) or not (32).
-fn terrain(columns: u32, rows: u32, whole: bool) -> Arc<Heightmap> {
+pub(super) fn terrain(columns: u32, rows: u32, whole: bool) -> Arc<Heightmap> {
     let heights_m = terrain_dem::synthetic::generate(columns, rows, 5).heights_m().to_vec();
     let heights_m = heights_m.into_iter().map(|height_m| if whole { height_m.round() } else { height_m });
     Arc::new(Heightmap::new(columns, rows, [30.0, 25.0], heights_m.collect()).unwrap())
