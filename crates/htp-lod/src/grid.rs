@@ -242,6 +242,7 @@ impl Grid {
 
     /// Where what is kept of a square is stored: its position in [`Self::squares`]; on streamed levels that of its cell's
     /// place in the window, which must be [held](Self::is_stored).
+    #[inline]
     pub fn index(&self, square: Square) -> usize {
         let layer = self.layer(square);
         let [columns, rows] = layer.stored;
@@ -251,11 +252,13 @@ impl Grid {
     }
 
     /// Whether anything is kept of a square.
+    #[inline]
     pub fn is_stored(&self, square: Square) -> bool {
         square.level >= self.window.streamed || self.window.holds(self.cell_number(square))
     }
 
     /// Whether a patch of a square may be split: see `window`.
+    #[inline]
     pub fn may_split(&self, square: Square) -> bool {
         square.level > self.window.streamed || self.window.may_split(square.level, self.cell_number(square))
     }
@@ -311,6 +314,7 @@ impl Grid {
     }
 
     /// The same for patches that are stored: below [`Self::places`].
+    #[inline]
     pub fn place(&self, patch: Patch) -> u32 {
         self.layer(patch.square).first_place + 2 * self.index(patch.square) as u32 + patch.half as u32
     }

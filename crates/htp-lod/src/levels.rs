@@ -40,11 +40,13 @@ impl Split {
         for Run { first, start, length } in grid.runs(level) {
             let line = &bits[start..start + length];
             // Beyond the seams of a window the next position is not the next square.
-            let is_inside = |at: usize| {
-                let at_seam = layer.wraps && (at.is_multiple_of(columns) || (at + 1).is_multiple_of(columns));
-                !at_seam && is_inside(bits, columns, at)
+            let ends = if layer.wraps {
+                [0, columns - 1].map(|end| end.wrapping_sub(start % columns))
+            } else {
+                [usize::MAX; 2]
             };
-            for at in non_zero(line).filter(|at| !is_inside(start + at)) {
+            let is_inside = |at: usize| !ends.contains(&at) && is_inside(bits, columns, start + at);
+            for at in non_zero(line).filter(|at| !is_inside(*at)) {
                 let square = Square { column: first.column + at as u32, ..first };
                 let split = Half::BOTH.into_iter().filter(|half| line[at] & half.bit() != 0);
                 let patches = split.map(|half| square.half(half));

@@ -1,7 +1,7 @@
 //! The methods' choices by their names on the command line and in suites: the method crates know neither.
 
 use clap::ValueEnum;
-use htp_lod::{Batching, LevelMetric};
+use htp_lod::{Batching, LevelMetric, Loading};
 use serde::{Deserialize, Serialize};
 use tin_lod::{EdgePolicy, IndexStore, Schedule, Selector, Triangulator};
 
@@ -148,6 +148,26 @@ impl From<BatchingName> for Batching {
             BatchingName::PerPatch => Self::PerPatch,
             BatchingName::MergedCell => Self::MergedCell,
             BatchingName::Instanced => Self::Instanced,
+        }
+    }
+}
+
+/// Whether HTP's plans wait for the cells that they want.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum LoadingName {
+    /// They wait: the same plans every time
+    #[default]
+    Blocking,
+    /// A thread reads, and coarse levels stand in for what has not arrived
+    Live,
+}
+
+impl From<LoadingName> for Loading {
+    fn from(name: LoadingName) -> Self {
+        match name {
+            LoadingName::Blocking => Self::Blocking,
+            LoadingName::Live => Self::Live,
         }
     }
 }

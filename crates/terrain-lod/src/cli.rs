@@ -8,7 +8,7 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 use terrain_renderer::{AdapterChoice, Colour, Look, Normals, Submission};
 
 use crate::choices::{
-    BatchingName, EdgePolicyName, IndexStoreName, MetricName, ScheduleName, SelectorName, TriangulatorName,
+    BatchingName, EdgePolicyName, IndexStoreName, LoadingName, MetricName, ScheduleName, SelectorName, TriangulatorName,
 };
 use crate::cmp_args::CmpArgs;
 use crate::dem_args::{DemArgs, DemToolArgs};
@@ -96,6 +96,12 @@ pub struct MethodArgs {
     /// htp: let levels glide into one another instead of popping; with the metric distance, instanced
     #[arg(long)]
     pub geomorph: bool,
+    /// htp: cut the DEM into cells, and keep those around the eye in so many MiB; with instanced [default: all of the DEM]
+    #[arg(long, value_name = "MIB", value_parser = clap::value_parser!(u32).range(1..=65_536))]
+    pub window_mib: Option<u32>,
+    /// htp: whether plans wait for their cells; with --window-mib [default: blocking]
+    #[arg(long)]
+    pub loading: Option<LoadingName>,
     /// Threads that a method plans on; the result does not depend on it [default: 1]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=256))]
     pub threads: Option<u16>,

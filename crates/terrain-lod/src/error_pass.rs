@@ -49,6 +49,11 @@ pub struct ErrorFrame {
     pub popping_displacement_px_p99: Option<f64>,
     /// Triangles that the mesh before had not, where it drew the ground.
     pub changed_triangles: u64,
+    /// Of a method that loads cells: those in view that are drawn too coarsely for want of them, the pixels that the
+    /// worst of it counts (0 where the bound is held, `inf` where the eye is within its bounds), and the DEM in memory.
+    pub stand_ins: u64,
+    pub unheld_px: f64,
+    pub resident_bytes: u64,
 }
 
 /// The error pass of one run.
@@ -191,6 +196,9 @@ impl<'a> Judge<'a> {
                 Change::Nothing => 0,
                 Change::Mesh { triangles } => triangles,
             },
+            stand_ins: plan.streaming.cells_missing,
+            unheld_px: tidy(plan.unheld_px),
+            resident_bytes: plan.streaming.resident_bytes,
         })
     }
 }

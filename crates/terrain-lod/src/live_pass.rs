@@ -49,6 +49,9 @@ pub struct LiveFrame {
     pub error_px_rms: Option<f64>,
     pub over_tolerance_share: Option<f64>,
     pub cracks: u64,
+    /// As in the error pass.
+    pub stand_ins: u64,
+    pub unheld_px: f64,
 }
 
 /// The live flights of one run.
@@ -176,5 +179,7 @@ fn live_frame(repeat: u32, flown: &Flown, judged: ErrorFrame) -> LiveFrame {
         error_px_rms: judged.error_px_rms,
         over_tolerance_share: judged.over_tolerance_share,
         cracks: judged.cracks,
+        stand_ins: judged.stand_ins,
+        unheld_px: judged.unheld_px,
     }
 }

@@ -3,14 +3,15 @@
 use std::sync::Arc;
 
 use clap::ValueEnum;
-use htp_lod::Htp;
+use htp_lod::{CellFile, Htp, Scan, cut};
 use lod_baselines::{Decimated, FullGrid, Geomipmap, Greedy, Rqt};
 use serde::{Deserialize, Serialize};
 use terrain_core::{Heightmap, LodMethod};
 use tin_lod::{Nodes, Tin};
 
 use crate::choices::{
-    BatchingName, EdgePolicyName, IndexStoreName, MetricName, ScheduleName, SelectorName, TriangulatorName, name_of,
+    BatchingName, EdgePolicyName, IndexStoreName, LoadingName, MetricName, ScheduleName, SelectorName,
+    TriangulatorName, name_of,
 };
 use crate::fault::Fault;
 use crate::maps::Maps;
@@ -93,6 +94,10 @@ pub struct Settings {
     pub layers: Option<u32>,
     /// htp by distance, instanced: whether levels glide into one another.
     pub geomorph: bool,
+    /// htp: MiB for the cells around the eye and all that is resident; without, the whole DEM is in memory.
+    pub window_mib: Option<u32>,
+    /// htp with a window: whether plans wait for their cells.
+    pub loading: LoadingName,
     /// decimated: grid intervals between the columns, and the rows, that are kept.
     pub step: u32,
     /// greedy: metres from the camera at which the tolerance counts; half of the DEM's longer side without.
@@ -115,9 +120,7 @@ impl Run {
         let Settings { tolerance_px, step, .. } = self.settings;
         let method: Box<dyn LodMethod> = match self.method {
             MethodName::Tin => self.build_tin(heightmap, maps)?,
-            MethodName::Htp | MethodName::HtpInstanced => {
-                Box::new(Htp::new(heightmap, self.htp_options()).map_err(Fault::usage)?)
-            }
+            MethodName::Htp | MethodName::HtpInstanced => Box::new(self.build_htp(heightmap)?),
             MethodName::FullGrid => Box::new(FullGrid::new(&heightmap)),
             MethodName::Decimated => Box::new(Decimated::new(&heightmap, step).map_err(Fault::usage)?),
             MethodName::Rqt => Box::new(Rqt::new(&heightmap, tolerance_px).map_err(Fault::usage)?),
@@ -148,6 +151,18 @@ impl Run {
             None => Tin::new(heightmap, options),
         };
         Ok(Box::new(tin.map_err(Fault::usage)?))
+    }
+
+    /// With a window the cells are cut here, in memory; the DEM itself is not the method's any more.
+    fn build_htp(&self, heightmap: Arc<Heightmap>) -> Result<Htp, Fault> {
+        let options = self.htp_options();
+        if self.settings.window_mib.is_none() {
+            return Htp::new(heightmap, options).map_err(Fault::usage);
+        }
+        let [columns, rows] = [heightmap.columns(), heightmap.rows()];
+        Scan::new([columns, rows], heightmap.spacing_m(), None, &options).map_err(Fault::usage)?;
+        let (file, resident) = CellFile::open(Arc::new(cut(&heightmap, &options))).map_err(Fault::usage)?;
+        Htp::stream(file, resident, options).map_err(Fault::usage)
     }
 
     /// The patches and groups that the bounded TIN needs threshold maps of.
@@ -190,6 +205,8 @@ impl Run {
             tolerance_px,
             batching: self.batching().into(),
             geomorph: self.settings.geomorph,
+            window_mib: self.settings.window_mib.unwrap_or(htp_lod::Options::default().window_mib),
+            loading: self.settings.loading.into(),
         }
     }
 
@@ -216,14 +233,21 @@ impl Run {
         self.settings.layers.unwrap_or(by_metric)
     }
 
-    /// Whether a worker updates behind the plans, so that what is drawn depends on the clock.
+    /// Whether a thread works behind the plans, so that what is drawn depends on the clock.
     pub fn is_live(&self) -> bool {
-        self.method == MethodName::Tin && self.settings.schedule == ScheduleName::Live
+        match self.method {
+            MethodName::Tin => self.settings.schedule == ScheduleName::Live,
+            MethodName::Htp | MethodName::HtpInstanced => {
+                self.settings.window_mib.is_some() && self.settings.loading == LoadingName::Live
+            }
+            _ => false,
+        }
     }
 
-    /// The same, with every plan waiting for its updates: what the error pass and the pictures show.
+    /// The same, with every plan waiting for its updates and cells: what the error pass and the pictures show.
     pub fn converged(mut self) -> Self {
         self.settings.schedule = ScheduleName::Blocking;
+        self.settings.loading = LoadingName::Blocking;
         self
     }
 
@@ -261,7 +285,10 @@ impl Run {
                 let leg = if self.takes_tolerance() { String::new() } else { format!(" leg-px={leg_px}") };
                 let (metric, batching) = (name_of(self.metric()), name_of(self.batching()));
                 let geomorph = if self.settings.geomorph { " geomorph" } else { "" };
-                format!("metric={metric}{leg} k={k} layers={} batching={batching}{geomorph}", self.layers())
+                let window = self.settings.window_mib.map_or_else(String::new, |mib| {
+                    format!(" window-mib={mib} loading={}", name_of(self.settings.loading))
+                });
+                format!("metric={metric}{leg} k={k} layers={} batching={batching}{geomorph}{window}", self.layers())
             }
             MethodName::FullGrid => "step=1".into(),
             MethodName::Decimated => format!("step={step}"),
@@ -297,7 +324,11 @@ impl Run {
                 let px = if self.takes_tolerance() { format!("{tolerance_px}px") } else { format!("leg{leg_px}px") };
                 let (metric, batching) = (name_of(self.metric()), name_of(self.batching()));
                 let geomorph = if self.settings.geomorph { "-geomorph" } else { "" };
-                format!("{name}-{metric}-{px}-k{k}-l{}-{batching}{geomorph}", self.layers())
+                let window = self
+                    .settings
+                    .window_mib
+                    .map_or_else(String::new, |mib| format!("-window{mib}-{}", name_of(self.settings.loading)));
+                format!("{name}-{metric}-{px}-k{k}-l{}-{batching}{geomorph}{window}", self.layers())
             }
             MethodName::FullGrid => name.into(),
             MethodName::Decimated => format!("{name}-step{step}"),

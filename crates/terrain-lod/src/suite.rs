@@ -11,7 +11,7 @@ use terrain_core::Heightmap;
 use terrain_core::source::SourceText;
 
 use crate::choices::{
-    BatchingName, EdgePolicyName, IndexStoreName, MetricName, ScheduleName, SelectorName, TriangulatorName,
+    BatchingName, EdgePolicyName, IndexStoreName, LoadingName, MetricName, ScheduleName, SelectorName, TriangulatorName,
 };
 use crate::cli::{BenchArgs, MethodArgs};
 use crate::fault::{Cause, Fault};
@@ -97,6 +97,10 @@ pub struct Suite {
     pub layers: Option<u32>,
     /// As `--geomorph`.
     pub geomorph: bool,
+    /// As `--window-mib`.
+    pub window_mib: Option<u32>,
+    /// As `--loading`.
+    pub loading: LoadingName,
     /// As `--threads`.
     pub threads: u16,
     /// As `--size`.
@@ -146,6 +150,8 @@ impl Default for Suite {
             k: vec![3],
             layers: None,
             geomorph: false,
+            window_mib: None,
+            loading: LoadingName::default(),
             threads: 1,
             size_px: [640, 360],
             frames: None,
@@ -215,6 +221,8 @@ impl Suite {
         self.smoothing |= args.smoothing;
         self.geomorph |= args.geomorph;
         self.layers = args.layers.or(self.layers);
+        self.window_mib = args.window_mib.or(self.window_mib);
+        override_with(&mut self.loading, &args.loading);
     }
 
     /// What the command line checks flag by flag, a suite file must keep as well.
@@ -330,6 +338,8 @@ impl Suite {
             k: self.k[0],
             layers: self.layers,
             geomorph: self.geomorph,
+            window_mib: self.window_mib,
+            loading: self.loading,
             step: self.step[0],
             distance_m: self.distance_m,
             threads: self.threads.into(),

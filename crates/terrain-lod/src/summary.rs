@@ -115,6 +115,14 @@ pub struct SummaryRow {
     pub plan_ms_p50_high: Option<f64>,
     pub plan_ms_p99_low: Option<f64>,
     pub plan_ms_p99_high: Option<f64>,
+    /// Of a method that loads cells: share of the frames with stand-ins in view, and by how many pixels the bound is not
+    /// held at worst; of plans that wait for their cells, and live.
+    pub stand_in_frames_share: Option<f64>,
+    pub unheld_px_max: Option<f64>,
+    pub live_stand_in_frames_share: Option<f64>,
+    pub live_unheld_px_max: Option<f64>,
+    /// The DEM in memory, the GPU's heights included.
+    pub resident_bytes: Option<u64>,
     pub threads: usize,
     pub submission: String,
     /// Flights in the speed pass.
@@ -188,6 +196,11 @@ pub fn fill_errors(row: &mut SummaryRow, flight: &ErrorFlight, tolerance: usize)
     fill_popping(row, popping);
     row.popping_samples_mean = mean(later, |f| f.popping_samples);
     row.changed_triangles_mean = mean(later, |f| f.changed_triangles);
+    row.resident_bytes = frames.iter().map(|f| f.resident_bytes).max().filter(|bytes| *bytes > 0);
+    if row.resident_bytes.is_some() {
+        row.stand_in_frames_share = mean(frames, |f| (f.stand_ins > 0) as u64);
+        row.unheld_px_max = frames.iter().map(|f| f.unheld_px).max_by(f64::total_cmp);
+    }
 }
 
 /// A mesh that never changes moves nothing: 0, where a frame's columns are empty.
@@ -223,6 +236,10 @@ pub fn fill_live(row: &mut SummaryRow, bench: &Bench, flight: &LiveFlight, toler
     row.live_over_tolerance_share = measured(errors.over_share(tolerance));
     row.live_cracks = Some(frames.iter().map(|f| f.cracks).sum());
     row.late_frames = Some(frames.iter().filter(|f| f.late).count() as u64);
+    if row.resident_bytes.is_some() {
+        row.live_stand_in_frames_share = mean_of(&all(|f| Some((f.stand_ins > 0).into())));
+        row.live_unheld_px_max = all(|f| Some(f.unheld_px)).last().copied();
+    }
 }
 
 /// What the speed pass found: medians over its repeats, and the largest of all timed frames.
