@@ -16,7 +16,7 @@ use terrain_core::{
     Buffer, Camera, FramePlan, Lens, LocalVertex, LodMethod, PatchInstance, Sample, Triangle, Upload, View,
 };
 
-const FRAMES: usize = 1_800;
+const FRAMES: usize = 3_600;
 const FRAME: Duration = Duration::from_nanos(1_000_000_000 / 60);
 const SPEED_M: f64 = 500.0 / 60.0;
 const TURN_A_FRAME: f64 = 10.0 / 60.0;

@@ -113,3 +113,35 @@ impl Failures {
         std::mem::take(&mut self.messages)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_cell_is_read_again_ever_later_until_it_can_be_and_told_of_once_a_kind() {
+        let (mut failures, mut plan, mut waits) = (Failures::default(), 0, Vec::new());
+        let damaged = || CellsError::Damaged { part: "cell".to_owned() };
+        for attempt in 0..10 {
+            let io = CellsError::from(std::io::Error::from(std::io::ErrorKind::NotFound));
+            let error = if attempt == 3 { damaged() } else { io };
+            failures.note([4, 5], Some(&error), plan);
+            let due = (plan + 1..).find(|plan| failures.may_read([4, 5], *plan)).unwrap();
+            assert!(failures.is_due(due) && !failures.is_due(due - 1) && failures.may_read([5, 4], plan));
+            waits.push(due - plan);
+            plan = due;
+        }
+        assert_eq!(waits, [8, 16, 32, 64, 128, 256, 512, 1024, 1024, 1024]);
+        assert_eq!(failures.reads, FailedReads { io: 9, damaged: 1, ..FailedReads::default() });
+        assert_eq!((failures.reads.sum(), failures.retries), (10, 9));
+        let expected = "cell (4, 5): cannot read cells: entity not found; its coarse levels stand in for it";
+        let messages = failures.take_messages();
+        assert_eq!((messages.len(), messages[0].as_str()), (2, expected));
+
+        failures.note([4, 5], None, plan);
+        assert_eq!((failures.retries, failures.may_read([4, 5], plan)), (10, true));
+        failures.note([4, 5], Some(&damaged()), plan);
+        assert!(failures.may_read([4, 5], plan + 8), "the next failure is a first one");
+        assert!(failures.take_messages().is_empty());
+    }
+}

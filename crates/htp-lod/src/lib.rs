@@ -11,10 +11,10 @@
 //! | matching blocks (2.2, Figure 2), index lists and their re-use (4.1, Figure 3) | `blocks` |
 //! | levels differ by one at most (2.2) | `closure` |
 //! | phase 1, initialisation | `method` |
-//! | phase 2, cell loading; dynamic loading (4.2) | not here |
+//! | phase 2, cell loading; dynamic loading (4.2) | `cells` (files), `window` (which cells, and where), `loader`, `failures`, `stream` |
 //! | phase 3, cell binding | `grid`: squares are numbered across cells |
 //! | phase 4, LOD computation | `rule` (metrics), `wishes`, `levels`; the patches in sight: `leaves`, `in_sight` |
-//! | phase 5, vertex-buffer merger | `cell_vertices` |
+//! | phase 5, vertex-buffer merger | `cell_vertices`; of streamed cells the heights alone, one transfer a cell: `stream` |
 //! | phase 6, rendering | `per_patch` as published, `merged_cell` in one draw a cell, `instanced` in at most 7 draws |
 //!
 //! Deviations, each marked where it stands:
@@ -27,7 +27,8 @@
 //!   `closure`);
 //! - 8 index lists: the plain patch and all 7 matching blocks of Figure 2. The paper counts 7 in all; the block with
 //!   three collapsed sides can never be drawn, so that 7 are in use (`blocks`, `border`);
-//! - the whole DEM is in memory, and cells are not loaded (`method`);
+//! - the whole DEM may be in memory; where it is not, cells are loaded around the eye and not in the frustum (`window`), and
+//!   their finest levels alone: the coarse ones are always there (`cells`);
 //! - no threads: levels are computed within the plan, and only those that the view may have changed (`terrain_core::odometer`);
 //! - levels that glide into one another, where the paper's pop (`geomorph`);
 //! - besides one draw a patch, one draw a cell (`merged_cell`) and instances (`instanced`).

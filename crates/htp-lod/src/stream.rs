@@ -271,3 +271,52 @@ pub(crate) fn tables(
     let errors = is_bounded.then(|| ErrorTable::streamed(header, resident.errors, &grid));
     (resident.heights, grid, errors)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::cells::cut;
+    use crate::{Batching, Htp};
+    use std::sync::Arc;
+    use terrain_core::Heightmap;
+
+    fn open(options: &Options) -> (CellFile, Resident) {
+        let heights_m = (0..500 * 460).map(|i| (i % 83) as f32).collect();
+        let heightmap = Heightmap::new(500, 460, [30.0; 2], heights_m).unwrap();
+        CellFile::open(Arc::new(cut(&heightmap, options))).unwrap()
+    }
+
+    #[test]
+    fn what_cannot_be_streamed_is_refused_in_one_line() {
+        let options = Options { layers: 3, ..Options::bounded() };
+        let refuse = |options: Options| {
+            let (file, resident) = open(&Options { layers: 3, ..Options::bounded() });
+            Htp::stream(file, resident, options).err().unwrap().to_string()
+        };
+        let batching = "batching PerPatch with cells that are loaded one by one: expected instances";
+        assert_eq!(refuse(Options { batching: Batching::PerPatch, ..options }), batching);
+        let other = "cells of k 3 with 3 layers: expected k 3 with 4 layers; cut them again or change the settings";
+        assert_eq!(refuse(Options { layers: 4, ..options }), other);
+        assert_eq!(
+            refuse(Options { window_mib: 0, ..options }),
+            "window of 0 MiB: expected at least 1 for these cells"
+        );
+    }
+
+    /// The largest window that fits: one more cell along it would not.
+    #[test]
+    fn the_window_fills_its_cap_and_no_more() {
+        for (k, layers, window_mib) in [(3, 3, 1), (2, 3, 1), (2, 4, 2), (4, 2, 1), (3, 3, 64)] {
+            let options = Options { k, layers, window_mib, ..Options::bounded() };
+            let (file, resident) = open(&options);
+            let header = file.header().clone();
+            let method = Htp::stream(file, resident, options).unwrap();
+            let (side, cap) = (method.window_cells(), (window_mib as u64) << 20);
+            assert!(method.resident_bytes() <= cap, "{options:?}");
+            let tiles = HeightTiles { window: side + 1, ..terrain_core::LodMethod::buffers(&method).heights.unwrap() };
+            let larger = Room::of(&header, &options).bytes(side + 1, tiles);
+            let all = header.cells().into_iter().max().unwrap();
+            assert!(side == all || larger > cap, "{options:?}: {side} cells, {larger} bytes for one more");
+        }
+    }
+}

@@ -189,3 +189,77 @@ fn moved(first: Option<u32>, eye: u32, side: u32, cells: u32) -> u32 {
     };
     first.clamp(0, (cells.saturating_sub(side)) as i64) as u32
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::collections::BTreeSet;
+    use terrain_core::SplitMix64;
+
+    #[test]
+    fn the_window_moves_late_and_no_more_than_it_must_but_follows_jumps() {
+        let first = |first: Option<u32>, eye| moved(first, eye, 9, 50);
+        assert_eq!([first(None, 20), first(None, 1), first(None, 49)], [16, 0, 41]);
+        // The middle of 16..25 is 20: 18 to 22 keep it.
+        assert_eq!([17, 18, 22, 23, 24, 40].map(|eye| first(Some(16), eye)), [15, 16, 16, 17, 20, 36]);
+        // To and fro over a border.
+        assert_eq!([first(Some(17), 22), first(Some(17), 23)], [17, 17]);
+        assert_eq!([moved(None, 3, 1, 5), moved(Some(3), 4, 1, 5), moved(Some(0), 4, 9, 5)], [3, 4, 0]);
+    }
+
+    /// The rings around a cell, by their definition: no cell that is not loaded within so many steps over sides.
+    fn depth(loaded: &BTreeSet<[u32; 2]>, streamed: u32, cells: [u32; 2], cell: [u32; 2]) -> u32 {
+        let steps = |other: &[u32; 2]| cell[0].abs_diff(other[0]) + cell[1].abs_diff(other[1]);
+        let all = (0..cells[1]).flat_map(|row| (0..cells[0]).map(move |column| [column, row]));
+        let nearest = all.filter(|other| !loaded.contains(other)).map(|other| steps(&other)).min();
+        nearest.unwrap_or(u32::MAX).min(streamed)
+    }
+
+    /// A random walk of window, arrivals and departures.
+    #[test]
+    fn what_may_be_split_is_what_the_loaded_cells_around_allow() {
+        for seed in 0..60 {
+            let mut random = SplitMix64::new(seed);
+            let cells = [1 + random.below(9) as u32, 1 + random.below(9) as u32];
+            let (streamed, side) = (1 + random.below(3) as u32, 1 + random.below(6) as u32);
+            let side = side.min(cells[0].max(cells[1]));
+            let (mut window, mut loaded) = (Window::new(streamed, side, cells), BTreeSet::new());
+            for _ in 0..60 {
+                window.leaving().into_iter().for_each(|cell| window.free(cell));
+                window.follow(cells.map(|cells| random.below(cells as u64) as u32));
+                loaded.retain(|cell| window.is_inside(*cell));
+                let inside: Vec<_> = window.inside().collect();
+                for cell in inside.into_iter().filter(|_| random.below(3) > 0) {
+                    if window.lacks(cell) {
+                        window.enter(cell);
+                        loaded.insert(cell);
+                    }
+                }
+                let allowed = |window: &Window, cell| (1..=4).filter(|level| window.may_split(*level, cell)).count();
+                let all = || (0..cells[1]).flat_map(|row| (0..cells[0]).map(move |column| [column, row]));
+                let before: Vec<_> = all().map(|cell| allowed(&window, cell)).collect();
+                let (fewer, more) = window.count_rings();
+                for (cell, before) in all().zip(before) {
+                    let (found, expected) = (allowed(&window, cell), depth(&loaded, streamed, cells, cell));
+                    assert_eq!(found as u32, 4 - streamed + expected, "seed {seed}, cell {cell:?}");
+                    assert_eq!(fewer.contains(&cell), found < before, "seed {seed}, cell {cell:?}");
+                    assert!(more || found <= before, "seed {seed}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_place_is_given_away_once_its_cell_has_left() {
+        let mut window = Window::new(2, 3, [9, 1]);
+        window.follow([1, 0]);
+        window.inside().collect::<Vec<_>>().into_iter().for_each(|cell| window.enter(cell));
+        assert!(window.holds([0, 0]) && !window.lacks([0, 0]) && window.holder([0, 0]) == [0, 0]);
+        window.follow([2, 0]);
+        assert_eq!(window.leaving(), [[0, 0]]);
+        assert!(window.is_inside([3, 0]) && !window.lacks([3, 0]), "its place is still that of cell 0");
+        window.count_rings();
+        window.free([0, 0]);
+        assert!(window.lacks([3, 0]) && !window.holds([0, 0]));
+    }
+}

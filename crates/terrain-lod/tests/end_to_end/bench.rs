@@ -55,6 +55,21 @@ fn htp_by_error_keeps_its_tolerance_with_every_batching() {
     }
 }
 
+/// With all cells in the window the rows are those of the DEM in memory; with few they are sound, and say what they lack.
+#[test]
+fn htp_over_cells_draws_what_it_does_over_the_dem() {
+    let fly = |extra: &[&str]| bench(&[&["--methods", "htp-instanced", "--frames", "20"], extra].concat()).remove(0);
+    let (memory, cells) = (fly(&[]), fly(&["--window-mib", "64"]));
+    for column in ["triangles_mean", "triangles_max", "draws_mean", "error_px_max", "error_px_rms", "cracks", "err"] {
+        assert_eq!(memory[column], cells[column], "{column}");
+    }
+    let says = ["stand_in_frames_share", "unheld_px_max", "resident_bytes"].map(|column| cells[column].as_str());
+    assert!(says[..2] == ["0.0", "0.0"] && says[2].parse::<u64>().unwrap() <= 64 << 20, "{says:?}");
+    assert_eq!(memory["resident_bytes"], "");
+    let few = fly(&["--window-mib", "1", "--k", "2"]);
+    assert_eq!((few["cracks"].as_str(), few["err"].as_str()), ("0", ""));
+}
+
 #[test]
 fn built_in_dem() {
     flies_without_cracks(&[], "60");
