@@ -71,6 +71,9 @@ impl Htp {
         if options.batching != Batching::Instanced {
             return Err(HtpError::StreamedBatching(options.batching));
         }
+        if options.geomorph {
+            return Err(HtpError::GeomorphStreamed);
+        }
         let window = stream::window_side(file.header(), &options)?;
         Self::stream_window(file, resident, options, window)
     }

@@ -158,6 +158,10 @@ pub enum HtpError {
     /// [`Options::geomorph`] with vertices that have heights of their own.
     #[error("geomorph needs the batching instanced: vertices with heights of their own cannot glide")]
     GeomorphBatching,
+    /// [`Options::geomorph`] over cells that are loaded one by one: a vertex glides towards samples of other levels, which
+    /// lie elsewhere.
+    #[error("geomorphing with cells that are loaded one by one: expected the whole DEM in memory")]
+    GeomorphStreamed,
     /// The coarsest step, `k^(layers - 1)` sample intervals, is too long.
     #[error("k of {k} with {layers} layers makes steps of {step} sample intervals: expected at most {max}",
         step = coarsest_step(*.k, *.layers), max = i16::MAX)]

@@ -96,9 +96,6 @@ pub struct MethodArgs {
     /// htp: let levels glide into one another instead of popping; with the metric distance, instanced
     #[arg(long)]
     pub geomorph: bool,
-    /// htp: cut the DEM into cells, and keep those around the eye in so many MiB; with instanced [default: all of the DEM]
-    #[arg(long, value_name = "MIB", value_parser = clap::value_parser!(u32).range(1..=65_536))]
-    pub window_mib: Option<u32>,
     /// htp: whether plans wait for their cells; with --window-mib [default: blocking]
     #[arg(long)]
     pub loading: Option<LoadingName>,
@@ -229,6 +226,9 @@ pub struct BenchArgs {
     /// htp: small triangles along the side of a patch, 2 to 16 [default: the suite's, or else 3]
     #[arg(long, value_delimiter = ',', value_name = "N")]
     pub k: Option<Vec<u32>>,
+    /// htp: cut the DEM into cells, and keep those around the eye in so many MiB; with instanced [default: all of the DEM]
+    #[arg(long, value_delimiter = ',', value_name = "MIB", value_parser = clap::value_parser!(u32).range(1..=65_536))]
+    pub window_mib: Option<Vec<u32>>,
     /// decimated: grid intervals between the rows and columns that are kept [default: the suite's, or else 2,4,8]
     #[arg(long, value_delimiter = ',', value_name = "N", value_parser = within(STEPS))]
     pub step: Option<Vec<u32>>,
@@ -337,6 +337,9 @@ pub struct MeshArgs {
     /// htp: small triangles along the side of a patch, 2 to 16 [default: 3]
     #[arg(long, value_name = "N")]
     pub k: Option<u32>,
+    /// htp: cut the DEM into cells, and keep those around the eye in so many MiB; with instanced [default: all of the DEM]
+    #[arg(long, value_name = "MIB", value_parser = clap::value_parser!(u32).range(1..=65_536))]
+    pub window_mib: Option<u32>,
     /// decimated: grid intervals between the rows and columns that are kept
     #[arg(long, value_name = "N", default_value = "2", value_parser = within(STEPS))]
     pub step: u32,

@@ -66,6 +66,7 @@ fn suite(args: &MeshArgs) -> Suite {
     override_with(&mut suite.metric, &args.metric.map(|metric| vec![metric]));
     override_with(&mut suite.batching, &args.batching.map(|batching| vec![batching]));
     override_with(&mut suite.k, &args.k.map(|k| vec![k]));
+    override_with(&mut suite.window_mib, &args.window_mib.map(|mib| vec![mib]));
     suite.step = vec![args.step];
     override_with(&mut suite.size_px, &args.size);
     suite.override_settings(&args.settings);

@@ -97,8 +97,8 @@ pub struct Suite {
     pub layers: Option<u32>,
     /// As `--geomorph`.
     pub geomorph: bool,
-    /// As `--window-mib`.
-    pub window_mib: Option<u32>,
+    /// As `--window-mib`; empty: the whole DEM is in memory.
+    pub window_mib: Vec<u32>,
     /// As `--loading`.
     pub loading: LoadingName,
     /// As `--threads`.
@@ -150,7 +150,7 @@ impl Default for Suite {
             k: vec![3],
             layers: None,
             geomorph: false,
-            window_mib: None,
+            window_mib: Vec::new(),
             loading: LoadingName::default(),
             threads: 1,
             size_px: [640, 360],
@@ -195,6 +195,7 @@ impl Suite {
         override_with(&mut suite.metric, &args.metric);
         override_with(&mut suite.batching, &args.batching);
         override_with(&mut suite.k, &args.k);
+        override_with(&mut suite.window_mib, &args.window_mib);
         override_with(&mut suite.step, &args.step);
         override_with(&mut suite.size_px, &args.size);
         override_with(&mut suite.repeats, &args.repeats);
@@ -221,7 +222,6 @@ impl Suite {
         self.smoothing |= args.smoothing;
         self.geomorph |= args.geomorph;
         self.layers = args.layers.or(self.layers);
-        self.window_mib = args.window_mib.or(self.window_mib);
         override_with(&mut self.loading, &args.loading);
     }
 
@@ -309,6 +309,7 @@ impl Suite {
         let all = with_each(all, &self.k, |settings, k| settings.k = k);
         let all = with_each_or_none(all, &self.batching, |settings, name| settings.batching = name);
         let all = with_each_or_none(all, &self.metric, |settings, name| settings.metric = name);
+        let all = with_each_or_none(all, &self.window_mib, |settings, mib| settings.window_mib = mib);
         let mut all = with_each(all, &self.step, |settings, step| settings.step = step);
         // The bounded selector knows one triangulator. The others of a list are for algorithm 1.
         let has_grid = self.triangulator.contains(&TriangulatorName::Grid);
@@ -338,7 +339,7 @@ impl Suite {
             k: self.k[0],
             layers: self.layers,
             geomorph: self.geomorph,
-            window_mib: self.window_mib,
+            window_mib: None,
             loading: self.loading,
             step: self.step[0],
             distance_m: self.distance_m,
