@@ -75,7 +75,7 @@ pub fn of(folder: &Folder, runs: &[Run]) -> Result<Curves, Fault> {
     found.retain(|(_, of_runs)| !is_absent(of_runs));
     let last = found.iter().flat_map(|(_, runs)| runs.iter().filter_map(|(_, values)| values.keys().last())).max();
     let last = last.copied().unwrap_or(0);
-    let width = (last + 1).div_ceil(MOST_POINTS);
+    let width = last.div_ceil(MOST_POINTS).max(1);
     let mut curves = Curves { charts: Vec::new(), values: String::new(), width, absent };
     let mut json = Vec::new();
     for (measure, of_runs) in found {

@@ -42,6 +42,9 @@ const ERRORS: [(&str, &str, &str); 2] = [
     ("error_px_max", "largest error", "largest measured error, px"),
 ];
 
+/// By how much the end of an interval may widen an axis.
+const WIDEST: f64 = 3.0;
+
 /// Whether any run has frame times.
 pub fn has_frame_times(folder: &Folder) -> Result<bool, Fault> {
     Ok(folder.summary.numbers(FRAME_TIME.column)?.iter().any(Option::is_some))
@@ -70,7 +73,11 @@ fn chart(
     if points.is_empty() {
         return Ok(None);
     }
-    let ends = points.iter().flat_map(|point| point.interval.into_iter().flatten());
+    let costs = points.iter().map(|point| point.y).filter(|cost| *cost > 0.0);
+    let (low, high) = (costs.clone().fold(f64::INFINITY, f64::min), costs.fold(0.0, f64::max));
+    // The interval of few repeats can be so wide that nothing else could be seen: the axis does not follow all of it.
+    let is_near = |end: &f64| (low / WIDEST..=high * WIDEST).contains(end);
+    let ends = points.iter().flat_map(|point| point.interval.into_iter().flatten()).filter(is_near);
     let x = Axis::fit(points.iter().map(|point| point.x), Scale::Log, X_ENDS);
     let y = Axis::fit(points.iter().map(|point| point.y).chain(ends), Scale::Log, Y_ENDS);
     Ok(Some(Chart {

@@ -71,13 +71,15 @@ pub struct Point {
 pub fn scatter(points: &[Point], runs: &[Run], [x, y]: [&Axis; 2]) -> String {
     let places: Vec<[f64; 2]> = points.iter().map(|point| [x.at(point.x), y.at(point.y)]).collect();
     let mut text = chains(points, &places, runs);
-    let labels = place_labels(points, &places, runs);
-    for ((point, place), label) in points.iter().zip(&places).zip(labels) {
+    let whiskers: Vec<Option<[f64; 2]>> =
+        points.iter().map(|point| point.interval.map(|ends| ends.map(|end| y.at(end)))).collect();
+    let labels = place_labels(points, &places, &whiskers, runs);
+    for (((point, place), whisker), label) in points.iter().zip(&places).zip(whiskers).zip(labels) {
         let Run { look, label: name, .. } = &runs[point.run];
         let name = escape(name);
         let _ = write!(text, "<g class=\"{}\">", look.classes());
         let _ = write!(text, "<title>{name}: {}, {}</title>", digits(point.x), digits(point.y));
-        text += &point.interval.map_or_else(String::new, |ends| whisker(place[0], ends.map(|end| y.at(end))));
+        text += &whisker.map_or_else(String::new, |ends| whisker_path(place[0], ends));
         text += &look.marker(*place);
         if let Some((at, anchor)) = label {
             let _ = write!(
@@ -91,11 +93,14 @@ pub fn scatter(points: &[Point], runs: &[Run], [x, y]: [&Axis; 2]) -> String {
     text
 }
 
-fn whisker(x: f64, [low, high]: [f64; 2]) -> String {
-    let [left, right] = [x - 4.0, x + 4.0];
-    format!(
-        "<path class=\"whisker\" d=\"M{x:.1} {low:.1}V{high:.1}M{left:.1} {low:.1}H{right:.1}M{left:.1} {high:.1}H{right:.1}\"/>"
-    )
+/// A whisker; an end outside the chart has no bar.
+fn whisker_path(x: f64, ends: [f64; 2]) -> String {
+    let [low, high] = ends.map(|end| end.clamp(Y_ENDS[1], Y_ENDS[0]));
+    let mut path = format!("M{x:.1} {low:.1}V{high:.1}");
+    for end in ends.into_iter().filter(|end| (Y_ENDS[1]..=Y_ENDS[0]).contains(end)) {
+        let _ = write!(path, "M{:.1} {end:.1}h8", x - 4.0);
+    }
+    format!("<path class=\"whisker\" d=\"{path}\"/>")
 }
 
 fn chains(points: &[Point], places: &[[f64; 2]], runs: &[Run]) -> String {
@@ -120,8 +125,15 @@ type Box4 = [f64; 4];
 
 /// Where each label goes, and how it is anchored. The first free place of right, left, above and below; none where all are
 /// taken, since a label on another is worse than one that the legend has to give.
-fn place_labels(points: &[Point], places: &[[f64; 2]], runs: &[Run]) -> Vec<Option<([f64; 2], &'static str)>> {
+fn place_labels(
+    points: &[Point],
+    places: &[[f64; 2]],
+    whiskers: &[Option<[f64; 2]>],
+    runs: &[Run],
+) -> Vec<Option<([f64; 2], &'static str)>> {
     let mut taken: Vec<Box4> = places.iter().map(|[x, y]| [x - 5.0, y - 5.0, x + 5.0, y + 5.0]).collect();
+    let drawn = places.iter().zip(whiskers).filter_map(|([x, _], ends)| Some((x, (*ends)?)));
+    taken.extend(drawn.map(|(x, [low, high])| [x - 4.0, high, x + 4.0, low]));
     let mut labels = Vec::with_capacity(points.len());
     for (point, [x, y]) in points.iter().zip(places) {
         let width = runs[point.run].label.chars().count() as f64 * LETTER;
@@ -145,8 +157,10 @@ fn place_labels(points: &[Point], places: &[[f64; 2]], runs: &[Run]) -> Vec<Opti
 
 fn is_free(space: &Box4, taken: &[Box4]) -> bool {
     let meets = |other: &Box4| space[0] < other[2] && other[0] < space[2] && space[1] < other[3] && other[1] < space[3];
-    let is_inside =
-        space[0] > X_ENDS[0] && space[2] < X_ENDS[1] + 18.0 && space[1] > Y_ENDS[1] - 12.0 && space[3] < Y_ENDS[0];
+    let is_inside = space[0] > X_ENDS[0]
+        && space[2] < X_ENDS[1] + 18.0
+        && space[1] > Y_ENDS[1] - 12.0
+        && space[3] < Y_ENDS[0] + 8.0;
     is_inside && !taken.iter().any(meets)
 }
 
@@ -169,6 +183,13 @@ mod tests {
     }
 
     #[test]
+    fn an_end_outside_the_chart_has_no_bar() {
+        assert_eq!(whisker_path(100.0, [200.0, 100.0]).matches("h8").count(), 2);
+        let clipped = whisker_path(100.0, [900.0, 100.0]);
+        assert!(clipped.matches("h8").count() == 1 && clipped.contains("M100.0 286.0V100.0"), "{clipped}");
+    }
+
+    #[test]
     fn labels_never_cover_each_other() {
         let run = |i| Run { label: format!("method {i}"), ..Default::default() };
         let runs: Vec<Run> = (0..60).map(run).collect();
@@ -177,7 +198,7 @@ mod tests {
         let points: Vec<Point> = (0..60).map(point).collect();
         let [x, y] = axes(&[2.0]);
         let places: Vec<[f64; 2]> = points.iter().map(|point| [x.at(point.x), y.at(point.y)]).collect();
-        let labels: Vec<Box4> = place_labels(&points, &places, &runs)
+        let labels: Vec<Box4> = place_labels(&points, &places, &[], &runs)
             .into_iter()
             .zip(&runs)
             .filter_map(|(label, run)| {

@@ -30,7 +30,7 @@ pub fn html(report: &Report) -> Result<String, Fault> {
 /// A column of intervals: its head, and a cell for each row of the summary.
 type Intervals = (String, Vec<String>);
 
-/// Of all `<name>_low` that have a `<name>_high`.
+/// Of all `<name>_low` that have a `<name>_high`, and any number in them.
 fn intervals(report: &Report) -> Result<Vec<Intervals>, Fault> {
     let summary = &report.folder.summary;
     let mut all = Vec::new();
@@ -42,7 +42,10 @@ fn intervals(report: &Report) -> Result<Vec<Intervals>, Fault> {
                 Some((low, high)) => format!("{} to {}", digits(low), digits(high)),
                 None => String::new(),
             };
-            all.push((format!("{} interval", name.replace('_', " ")), ends.map(cell).collect()));
+            let cells: Vec<String> = ends.map(cell).collect();
+            if cells.iter().any(|cell| !cell.is_empty()) {
+                all.push((format!("{} interval", name.replace('_', " ")), cells));
+            }
         }
     }
     Ok(all)

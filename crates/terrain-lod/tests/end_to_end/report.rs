@@ -112,6 +112,18 @@ fn a_bench_that_was_interrupted_early_has_a_report() {
 }
 
 #[test]
+fn facts_and_frames_that_make_no_sense_are_no_panic() {
+    let place = flown(&["--methods", "rqt", "--tolerance", "1"]);
+    let results = place.path().join("results");
+    fs::write(results.join("machine.json"), "{\"command\": 7, \"options\": [], \"load_average\": \"high\"}").unwrap();
+    let frames = results.join("frames/rqt-1px-error.csv");
+    fs::write(&frames, "frame,triangles,error_px_max\n4294967295,1e-300,0\n-7,1e300,-1\n,,\n").unwrap();
+    well_formed(&report(place.path(), &[]));
+    fs::write(&frames, "").unwrap();
+    well_formed(&report(place.path(), &[]));
+}
+
+#[test]
 fn what_is_no_results_folder_is_refused_in_a_line() {
     let place = flown(&["--methods", "rqt", "--tolerance", "1"]);
     let (said, code) = refused(place.path(), &["results/frames"]);
@@ -151,7 +163,7 @@ fn the_script_runs_in_chromium() {
     let (dom, said) = (String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
     assert!(dom.contains("data-script=\"ready\"") && !dom.contains("data-error"), "{said}");
     assert!(!said.contains("CONSOLE"), "{said}");
-    assert!(dom.contains("A: tin algorithm1 0.5 px") || dom.contains("A: tin bounded 2 px"), "the pictures are paired");
+    assert!(dom.contains("A: tin bounded 2 px") && dom.contains("B: full-grid"), "the pictures are paired");
     assert!(dom.contains("class=\"cursor\" d=\"M"), "the cursor stands in the charts");
 }
 
