@@ -19,6 +19,8 @@ use crate::suite::Bench;
 pub struct SummaryRow {
     pub method: String,
     pub setting: String,
+    /// The name that the run's files begin with.
+    pub run: String,
     pub dem: String,
     pub width: u32,
     pub height: u32,
@@ -149,6 +151,7 @@ fn identity(bench: &Bench, run: &Run, surroundings: &Surroundings, tolerance_px:
     SummaryRow {
         method: run.method.as_str().into(),
         setting: run.setting(),
+        run: run.file_stem(),
         dem: bench.dem.name.clone(),
         width: bench.suite.size_px[0],
         height: bench.suite.size_px[1],
