@@ -193,3 +193,48 @@ impl Levels {
         self.odometer = Odometer::default();
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::cells::{CellFile, cut};
+    use crate::options::Options;
+    use std::sync::Arc;
+    use terrain_core::{Heightmap, SplitMix64};
+
+    /// A grid of 13 x 9 cells with a window of so many, and all of the window held.
+    fn grid(window: u32, eye: [u32; 2]) -> Grid {
+        let options = Options { k: 2, layers: 3, ..Options::default() };
+        let heightmap = Heightmap::new(101, 70, [1.0; 2], vec![0.0; 7070]).unwrap();
+        let (file, resident) = CellFile::open(Arc::new(cut(&heightmap, &options))).unwrap();
+        let mut grid = Grid::streamed(file.header(), resident.ranges_m, &options, window);
+        grid.window.follow(eye);
+        grid.window.inside().collect::<Vec<_>>().into_iter().for_each(|cell| grid.window.enter(cell));
+        grid
+    }
+
+    /// Next to a seam the byte before or after is another square's.
+    #[test]
+    fn the_frontier_of_a_window_is_that_of_square_by_square_in_the_order_of_the_dem() {
+        let mut random = SplitMix64::new(1);
+        for (window, eye) in [(2, [5, 5]), (3, [7, 3]), (3, [12, 8]), (5, [4, 6]), (13, [6, 6])] {
+            let grid = grid(window, eye);
+            for _ in 0..300 {
+                let mut split = Split(Wishes::new(&grid).halves().to_vec());
+                // Nearly all: most squares are inside.
+                let stored = || grid.squares(1).filter(|square| grid.window.is_inside(grid.cell_number(*square)));
+                for square in stored() {
+                    let halves = if random.below(12) > 0 { BOTH_HALVES } else { random.below(4) as u8 };
+                    split.insert(&grid, square, halves);
+                }
+                let mut found = Vec::new();
+                split.frontier(&grid, 1, &mut found);
+                let patches = stored().flat_map(|square| Half::BOTH.map(|half| square.half(half)));
+                let is_frontier =
+                    |patch: &Patch| split.contains(&grid, *patch) && split.coarser_sides(&grid, *patch) != 0;
+                let expected: Vec<Patch> = patches.filter(is_frontier).collect();
+                assert_eq!(found, expected, "window {window}, eye {eye:?}");
+            }
+        }
+    }
+}

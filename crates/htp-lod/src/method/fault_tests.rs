@@ -134,6 +134,38 @@ fn fly(heightmap: &Heightmap, options: Options, window: u32, seed: u64) -> [u64;
     faults
 }
 
+/// Cells come one by one as their reads succeed, often with no other wish: what a closure was denied is asked for again.
+#[test]
+fn plans_that_wait_for_failing_cells_are_those_decided_anew() {
+    let mut random = SplitMix64::new(5);
+    // Errors that hardly grow with the level: blocks are often worse than the patches that they match.
+    let noise = (0..97 * 86).map(|_| random.range(0.0, 15.0) as f32).collect();
+    let noise = Arc::new(Heightmap::new(97, 86, [30.0, 25.0], noise).unwrap());
+    for (seed, k, layers, window) in
+        [(1, 2, 3, 4), (2, 3, 2, 6), (3, 2, 4, 3), (4, 3, 3, 2), (5, 2, 2, 9), (6, 2, 3, 9)]
+    {
+        let heightmap = if seed % 2 == 0 { noise.clone() } else { terrain(97, 86, true) };
+        let (metric, batching, loading) = (LevelMetric::Error, Batching::Instanced, Loading::Blocking);
+        let options = Options { k, layers, metric, tolerance_px: 2.0, batching, loading, ..Options::default() };
+        let [mut following, mut anew] = [(); 2].map(|_| {
+            let source = Arc::new(Faulty::new(cut(&heightmap, &options), seed));
+            let (file, resident) = CellFile::open(source.clone()).unwrap();
+            source.from.store(0, Relaxed);
+            Htp::stream_window(file, resident, options, window).unwrap()
+        });
+        let [mut plan, mut expected] = [FramePlan::default(), FramePlan::default()];
+        // Six plans a view.
+        let views = RandomWalk::new(seed, &heightmap).take(300).flat_map(|view| std::iter::repeat_n(view, 6));
+        for (frame, view) in views.enumerate() {
+            following.plan(&view, &mut plan);
+            anew.forget();
+            anew.plan(&view, &mut expected);
+            assert!(plan == expected, "seed {seed}, frame {frame}");
+        }
+        assert!(plan.streaming.retries > 20, "seed {seed}: {:?}", plan.streaming);
+    }
+}
+
 /// Plans on until no read is on its way. Returns the faults.
 fn settle(method: &mut Htp, source: &Faulty, heightmap: &Heightmap, seed: u64) -> [u64; 3] {
     let view = RandomWalk::new(seed, heightmap).next().unwrap();
