@@ -12,7 +12,7 @@
 //!   leg and a picture of 360 lines it is about 0.1, with legs of 100 px 1.4.
 //! - *Collapsed sides* drop vertices that have arrived, on a line with their ends. The strip beside them is triangulated
 //!   otherwise, which would show if the row behind it had not arrived: it is a leg of the finer level away, which
-//!   [`Morph::END`] leaves room for.
+//!   [`Morph::END`] leaves room for where legs are as short as that.
 //! - *Patches that are split for the restriction alone* may be beyond the reach. They have arrived and look like their
 //!   parents.
 //! - *The coarsest level* has no targets.
@@ -25,7 +25,8 @@
 //!   reach that is never longer than theirs, so that it does arrive in time. But then every vertex whose displacement is
 //!   below the tolerance has arrived wherever its patch is still drawn for the sake of another one: samples that the
 //!   levels keep within the tolerance are off by up to twice as much. Levels at half the tolerance restore the bound and
-//!   need nearly twice the triangles. And reaches of consecutive levels are not `k` apart, so that corners move, too.
+//!   need 1.9 times the triangles on the built-in DEM and 2.6 times on Puget Sound (0.5 px against 1 px). And reaches of
+//!   consecutive levels are not `k` apart, so that corners move, too.
 
 use crate::grid::Grid;
 use crate::options::Options;
