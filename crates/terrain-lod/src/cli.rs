@@ -185,7 +185,7 @@ impl From<NormalsName> for Normals {
 
 #[derive(Debug, Args)]
 pub struct BenchArgs {
-    /// A suite in data/suites (quick, live, htp, smoke), or a TOML file; the flags below override it
+    /// A suite in data/suites (quick, live, htp, htp-window, smoke), or a TOML file; the flags below override it
     #[arg(long, value_name = "NAME", default_value = "quick")]
     pub suite: String,
     #[command(flatten)]

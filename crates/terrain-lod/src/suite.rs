@@ -21,8 +21,9 @@ use crate::pivot::Pivot;
 pub use bench::Bench;
 
 /// The suites in `data/suites`.
-const BUILT_IN: [(&str, &str); 4] = [
+const BUILT_IN: [(&str, &str); 5] = [
     ("htp", include_str!("../../../data/suites/htp.toml")),
+    ("htp-window", include_str!("../../../data/suites/htp-window.toml")),
     ("live", include_str!("../../../data/suites/live.toml")),
     ("quick", include_str!("../../../data/suites/quick.toml")),
     ("smoke", include_str!("../../../data/suites/smoke.toml")),
