@@ -17,7 +17,7 @@ use crate::cells::{Cell, CellFile, CellsError};
 use crate::options::Loading;
 
 /// Cells that may wait to be taken.
-pub(crate) const CELLS_WAITING: usize = 4;
+pub(crate) const CELLS_WAITING: usize = 16;
 
 /// A cell that was read, or could not be.
 pub(crate) struct Arrival {

@@ -16,8 +16,8 @@ use crate::loader::{Arrival, CELLS_WAITING, Loader};
 use crate::options::{HtpError, LevelMetric, Options};
 use crate::wishes;
 
-/// A plan takes no further cell once it has taken so many bytes of heights. At 60 frames a second that is 60 MiB a second.
-const BYTES_A_PLAN: usize = 1 << 20;
+/// A plan takes no further cell once it has taken so many bytes of heights. At 60 frames a second that is 120 MiB a second.
+const BYTES_A_PLAN: usize = 2 << 20;
 
 /// What loads the cells of one DEM.
 pub(crate) struct Stream {
