@@ -42,13 +42,14 @@ mod local;
 mod resident;
 mod scan;
 
-pub use cutter::{Cutter, cut};
+pub use cutter::{Cutter, cut, cut_steps};
 pub use file::{CellFile, CellSource, CellsError};
 pub use scan::{CutError, Scan};
 
-use terrain_core::HeightFormat;
+use terrain_core::{HeightFormat, HeightTiles};
 
-use crate::options::Options;
+use crate::options::{HtpError, Options};
+use crate::stream;
 
 /// What all cells of a DEM have in common.
 #[derive(Clone, Debug, PartialEq)]
@@ -80,6 +81,25 @@ impl CellsHeader {
     /// Columns and rows of cells.
     pub fn cells(&self) -> [u32; 2] {
         self.samples.map(|samples| (samples - 1).div_ceil(self.cell_side()))
+    }
+
+    /// Whether the cells can be flown over with these options: cut for the same hierarchy, and a window that they fit in.
+    pub fn check(&self, options: &Options) -> Result<(), HtpError> {
+        options.validate_streamed()?;
+        stream::check(self, options)?;
+        stream::window_side(self, options).map(drop)
+    }
+
+    /// Where the heights lie for a window of so many cells.
+    pub(crate) fn tiles(&self, window: u32) -> HeightTiles {
+        HeightTiles {
+            format: self.format,
+            samples: self.samples,
+            coarse_level: self.streamed,
+            coarse_step: self.coarse_step(),
+            cell_side: self.cell_side(),
+            window,
+        }
     }
 
     /// Sample intervals between the resident samples.

@@ -62,7 +62,9 @@ mod window;
 mod wishes;
 
 pub use blocks::{index_list, local_vertices};
-pub use cells::{Cell, CellFile, CellSource, CellsError, CellsHeader, CutError, Cutter, Resident, Scan, cut};
+pub use cells::{
+    Cell, CellFile, CellSource, CellsError, CellsHeader, CutError, Cutter, Resident, Scan, cut, cut_steps,
+};
 pub use failures::FailedReads;
 pub use method::Htp;
 pub use options::{Batching, HtpError, LevelMetric, Loading, Options};

@@ -66,14 +66,8 @@ impl Htp {
     /// The hierarchy over a DEM of which only the coarse levels are in memory; cells are loaded around the eye, as
     /// [`Options::loading`] and [`Options::window_mib`] say. For [`Batching::Instanced`].
     pub fn stream(file: CellFile, resident: Resident, options: Options) -> Result<Self, HtpError> {
-        options.validate()?;
+        options.validate_streamed()?;
         stream::check(file.header(), &options)?;
-        if options.batching != Batching::Instanced {
-            return Err(HtpError::StreamedBatching(options.batching));
-        }
-        if options.geomorph {
-            return Err(HtpError::GeomorphStreamed);
-        }
         let window = stream::window_side(file.header(), &options)?;
         Self::stream_window(file, resident, options, window)
     }
@@ -122,7 +116,7 @@ impl Htp {
 
     /// Phase 1: what never changes, sent once. The 8 index lists, and the one patch that all instances share.
     ///
-    /// Deviation: no threads are created. Levels and all else are computed by whoever calls `plan`, and only where the
+    /// Deviation: no threads are created, but the one that reads cells ([`Htp::stream`]). Levels and all else are computed by whoever calls `plan`, and only where the
     /// view has changed them.
     fn initialise(&mut self, plan: &mut FramePlan) {
         if std::mem::replace(&mut self.initialised, true) {
@@ -166,7 +160,7 @@ impl Htp {
         }
         missing.sort_unstable();
         missing.dedup();
-        plan.streaming = stream.report(missing.len() as u64);
+        plan.streaming = stream.report(&self.grid, missing.len() as u64);
     }
 
     /// Phase 4: which patches are split.

@@ -128,6 +128,21 @@ impl Options {
         }
         Ok(())
     }
+
+    /// Refuses what cells that are loaded one by one cannot do, besides.
+    pub fn validate_streamed(&self) -> Result<(), HtpError> {
+        self.validate()?;
+        if self.batching != Batching::Instanced {
+            return Err(HtpError::StreamedBatching);
+        }
+        if self.layers < 2 {
+            return Err(HtpError::StreamedLayers);
+        }
+        if self.geomorph {
+            return Err(HtpError::GeomorphStreamed);
+        }
+        Ok(())
+    }
 }
 
 /// Legs of the coarsest small triangles in sample intervals.
@@ -172,8 +187,11 @@ pub enum HtpError {
         layers: u32,
     },
     /// Cells are streamed for instances alone, since no other batching takes its heights from elsewhere.
-    #[error("batching {0:?} with cells that are loaded one by one: expected instances")]
-    StreamedBatching(Batching),
+    #[error("cells that are loaded one by one are drawn by instances alone")]
+    StreamedBatching,
+    /// One layer has nothing coarser that could stand in for a cell.
+    #[error("cells that are loaded one by one need 2 layers or more")]
+    StreamedLayers,
     /// Cells that were cut for other settings.
     #[error("cells of k {} with {} layers: expected k {} with {} layers; cut them again or change the settings",
         found[0], found[1], expected[0], expected[1])]

@@ -45,14 +45,7 @@ impl Stream {
     /// For a window of so many cells; `coarse` are the codes of the coarse grid.
     pub fn new(file: CellFile, coarse: Vec<u8>, options: &Options, window: u32) -> std::io::Result<Self> {
         let header = file.header().clone();
-        let tiles = HeightTiles {
-            format: header.format,
-            samples: header.samples,
-            coarse_level: header.streamed,
-            coarse_step: header.coarse_step(),
-            cell_side: header.cell_side(),
-            window,
-        };
+        let tiles = header.tiles(window);
         Ok(Self {
             loader: Loader::new(file, options.loading)?,
             coarse,
@@ -147,10 +140,15 @@ impl Stream {
         self.loaded += 1;
     }
 
+    /// The cells to load, row by row.
+    fn lacking(&self, grid: &Grid) -> impl Iterator<Item = [u32; 2]> {
+        let lacks = |cell: &[u32; 2]| grid.window.lacks(*cell) && self.failures.may_read(*cell, self.plans);
+        grid.window.inside().filter(lacks)
+    }
+
     /// The cells to load, nearest first.
     fn wanted(&self, grid: &Grid, view: &View) -> Vec<[u32; 2]> {
-        let lacks = |cell: &[u32; 2]| grid.window.lacks(*cell) && self.failures.may_read(*cell, self.plans);
-        let mut wanted: Vec<_> = grid.window.inside().filter(lacks).collect();
+        let mut wanted: Vec<_> = self.lacking(grid).collect();
         let away_m = |cell: &[u32; 2]| {
             let axes = [(0, view.eye_world.x), (1, view.eye_world.z)];
             let [x_m, z_m] = axes.map(|(axis, eye_m)| {
@@ -173,8 +171,9 @@ impl Stream {
     }
 
     /// What plans say of the loading; `missing` cells are in view and drawn more coarsely than asked for.
-    pub fn report(&self, missing: u64) -> Streaming {
+    pub fn report(&self, grid: &Grid, missing: u64) -> Streaming {
         Streaming {
+            cells_due: self.lacking(grid).count() as u64,
             cells_loaded: self.loaded,
             cells_unloaded: self.unloaded,
             reads_failed: self.failures.reads.sum(),
@@ -236,21 +235,13 @@ impl Room {
 /// Cells along the largest window that fits; at most what it takes to hold the whole DEM.
 pub(crate) fn window_side(header: &CellsHeader, options: &Options) -> Result<u32, HtpError> {
     let room = Room::of(header, options);
-    let tiles = |window: u32| HeightTiles {
-        format: header.format,
-        samples: header.samples,
-        coarse_level: header.streamed,
-        coarse_step: header.coarse_step(),
-        cell_side: header.cell_side(),
-        window,
-    };
     let largest = room.cells[0].max(room.cells[1]);
-    let fits = |window: &u32| room.bytes(*window, tiles(*window)) <= (options.window_mib as u64) << 20;
-    let needed_mib = room.bytes(1, tiles(1)).div_ceil(1 << 20);
+    let fits = |window: &u32| room.bytes(*window, header.tiles(*window)) <= (options.window_mib as u64) << 20;
+    let needed_mib = room.bytes(1, header.tiles(1)).div_ceil(1 << 20);
     (1..=largest).rev().find(fits).ok_or(HtpError::WindowMib { window_mib: options.window_mib, needed_mib })
 }
 
-/// The hierarchy of a file's resident levels; checks that the options are those of the file.
+/// Refuses options that are not those of the file.
 pub(crate) fn check(header: &CellsHeader, options: &Options) -> Result<(), HtpError> {
     let (found, expected) = ([header.k, header.layers], [options.k, options.layers]);
     if found != expected {

@@ -174,6 +174,9 @@ pub struct Streaming {
     pub reads_failed: u64,
     /// Reads that were asked for again after a failure, from the beginning.
     pub retries: u64,
+    /// Cells that are still to be loaded for this view; those that wait for another attempt after a failure are not among
+    /// them.
+    pub cells_due: u64,
     /// Cells in view that are drawn coarser than the view asks for, since they or their neighbours are not loaded.
     pub cells_missing: u64,
     /// Bytes of the DEM in memory, the GPU's included.
@@ -199,7 +202,8 @@ pub struct FramePlan {
     /// Moves the DEM's heights under displaced vertices; none where they are drawn as they are.
     pub morph: Option<Morph>,
     /// 0 where the method holds what it promises; otherwise how many pixels the worst of what is drawn too coarsely
-    /// counts, for lack of the data to do better. Infinite where the eye is within the bounds of such a place.
+    /// counts, in view or not, for lack of the data to do better. Infinite where the eye is within the bounds of such a
+    /// place.
     pub unheld_px: f64,
     /// How the loading of the DEM goes on.
     pub streaming: Streaming,

@@ -3,8 +3,9 @@
 use std::path::{Path, PathBuf};
 
 use serde_json::Value;
+use terrain_core::{Heightmap, Sample};
 use terrain_dem::Dem;
-use terrain_renderer::{Gpu, RenderError, Renderer, RendererSettings};
+use terrain_renderer::{Gpu, RenderError, Renderer, RendererSettings, Scene};
 
 use crate::begun::Begun;
 use crate::cli::BenchArgs;
@@ -38,7 +39,7 @@ pub fn run(args: &BenchArgs) -> Result<(), Fault> {
     if let Some(begun) = &begun {
         begun.refuse_another(&Machine::of(&bench, renderer.as_ref(), utc.clone()))?;
     }
-    bench.prepare_maps(args.method.keep_maps, !args.dry_run)?;
+    bench.prepare(args.method.keep_maps, !args.dry_run)?;
     // From here on there is something to leave in order. What is above ends at once.
     interrupt::listen();
     if args.dry_run {
@@ -87,7 +88,21 @@ fn free_folder(args: &BenchArgs, utc: &str, suite: &str) -> Result<PathBuf, Faul
 
 fn renderer(gpu: &Gpu, bench: &Bench, count_primitives: bool) -> Result<Renderer, Fault> {
     let settings = RendererSettings { size_px: bench.suite.size_px, submission: bench.submission, count_primitives };
-    Ok(Renderer::new(gpu.clone(), &bench.dem.heightmap, &settings)?)
+    Ok(Renderer::over(gpu.clone(), scene(gpu, &bench.dem.heightmap)?, &settings)?)
+}
+
+/// The DEM on the GPU. What is too large for a texture is drawn without: by methods that bring their heights along, and with
+/// the normals of the triangles.
+fn scene(gpu: &Gpu, heightmap: &Heightmap) -> Result<Scene, Fault> {
+    match Scene::new(gpu, heightmap) {
+        Err(RenderError::TextureTooLarge { .. }) => {
+            let size = [heightmap.columns(), heightmap.rows()];
+            let last = Sample { column: size[0] - 1, row: size[1] - 1 };
+            let range_m = heightmap.height_range_m(Sample { column: 0, row: 0 }, last);
+            Ok(Scene::without_heights(gpu, size, heightmap.spacing_m(), range_m)?)
+        }
+        scene => Ok(scene?),
+    }
 }
 
 /// Who made the DEM, and what they want to be said with it.

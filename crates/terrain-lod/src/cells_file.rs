@@ -68,8 +68,13 @@ pub fn is_one(path: &Path) -> bool {
 
 /// Opens a file of cells.
 pub fn open(path: &Path) -> Result<(CellFile, Resident), Fault> {
+    CellFile::open(source(path)?).map_err(|error| fault(path, &error))
+}
+
+/// The bytes of a file of cells.
+pub fn source(path: &Path) -> Result<Arc<dyn CellSource>, Fault> {
     let file = File::open(path).map_err(|e| Fault::read(path, &e, "a file of cells"))?;
-    CellFile::open(Arc::new(Placed::new(file))).map_err(|error| fault(path, &error))
+    Ok(Arc::new(Placed::new(file)))
 }
 
 /// An error with the file's name.

@@ -107,7 +107,7 @@ fn repeats(bench: &Bench) -> String {
 /// One frame of each pass, times the number of frames. The first plan does far more than the others, so it is the
 /// second one, a frame further on, that is timed.
 fn estimate(bench: &Bench, run: &Run, renderer: &mut Option<Renderer>, to_fly: &ToFly) -> Result<Duration, Fault> {
-    let mut method = run.converged().build(&bench.dem.heightmap, &bench.maps)?;
+    let mut method = run.converged().build(&bench.dem.heightmap, &bench.prepared)?;
     let mut mirror = MeshMirror::new(&method.buffers(), &bench.dem.heightmap);
     let mut buffers = renderer.as_ref().map(|r| r.buffers(method.buffers())).transpose()?;
     let mut plan = FramePlan::default();

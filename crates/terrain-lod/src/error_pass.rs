@@ -70,7 +70,7 @@ pub struct ErrorFlight {
 /// Flies one run.
 pub fn fly(bench: &Bench, run: &Run, progress: &Progress) -> Result<ErrorFlight, Fault> {
     let heightmap = &bench.dem.heightmap;
-    let mut method = run.converged().build(heightmap, &bench.maps)?;
+    let mut method = run.converged().build(heightmap, &bench.prepared)?;
     let mut judge = Judge::new(bench, run, &method.buffers());
     let mut plan = FramePlan::default();
     let mut frames = Vec::with_capacity(bench.path.len() as usize);
@@ -82,7 +82,16 @@ pub fn fly(bench: &Bench, run: &Run, progress: &Progress) -> Result<ErrorFlight,
         progress.step();
     }
     let index_bytes_reserved = method.buffers().indices;
+    warn_of_reads(run, &plan);
     Ok(ErrorFlight { frames, errors: judge.flight, popping: judge.flight_popping, index_bytes_reserved })
+}
+
+/// Cells that could not be read: coarse levels stood in for them.
+pub fn warn_of_reads(run: &Run, last: &FramePlan) {
+    let failed = last.streaming.reads_failed;
+    if failed > 0 {
+        eprintln!("warning: {}: {failed} reads of cells failed; coarser levels stood in for them", run.file_stem());
+    }
 }
 
 /// The mirror and the oracles of one flight: what a plan draws, measured. The live pass has its plans judged here too.

@@ -14,7 +14,7 @@ use terrain_core::error::ErrorDistribution;
 use terrain_core::{FramePlan, LodMethod, View, WorkReport};
 
 use crate::attempt::attempt;
-use crate::error_pass::{ErrorFrame, Judge};
+use crate::error_pass::{ErrorFrame, Judge, warn_of_reads};
 use crate::fault::{Cause, Fault};
 use crate::interrupt;
 use crate::methods::Run;
@@ -108,12 +108,13 @@ impl LiveFlight {
 }
 
 fn fly(bench: &Bench, run: &Run, repeat: u32, progress: &Progress) -> Result<LiveFlight, Fault> {
-    let mut method = run.build(&bench.dem.heightmap, &bench.maps)?;
+    let mut method = run.build(&bench.dem.heightmap, &bench.prepared)?;
     let mut judge = Judge::new(bench, run, &method.buffers());
     settle(bench, &mut *method, &mut judge)?;
     let flown = fly_in_time(bench, &mut *method)?;
     // Its worker must not work on beside the judge.
     drop(method);
+    flown.last().into_iter().for_each(|last| warn_of_reads(run, &last.plan));
     let mut frames = Vec::with_capacity(flown.len());
     for (frame, flown) in (0..).zip(flown) {
         interrupt::check()?;
@@ -124,7 +125,8 @@ fn fly(bench: &Bench, run: &Run, repeat: u32, progress: &Progress) -> Result<Liv
     Ok(LiveFlight { frames, errors: judge.flight })
 }
 
-/// Stands at the first view until the worker has caught up: the flight measures its lag, not its start.
+/// Stands at the first view until the worker has caught up, or the cells are loaded: the flight measures its lag, not its
+/// start.
 fn settle(bench: &Bench, method: &mut dyn LodMethod, judge: &mut Judge) -> Result<(), Fault> {
     let (view, start) = (bench.view(0)?, Instant::now());
     let mut plan = FramePlan::default();
@@ -132,7 +134,7 @@ fn settle(bench: &Bench, method: &mut dyn LodMethod, judge: &mut Judge) -> Resul
         interrupt::check()?;
         method.plan(&view, &mut plan);
         judge.replay(&plan)?;
-        if plan.stale_patches == 0 {
+        if plan.stale_patches == 0 && plan.streaming.cells_due == 0 {
             return Ok(());
         }
         sleep(Duration::from_millis(1));

@@ -3,6 +3,7 @@
 mod attempt;
 mod begun;
 mod bench;
+mod cells;
 mod cells_dem;
 mod cells_file;
 mod choices;
@@ -30,6 +31,7 @@ mod parts;
 mod passes;
 mod pivot;
 mod popping_bins;
+mod prepared;
 mod progress;
 mod repeats;
 mod report;

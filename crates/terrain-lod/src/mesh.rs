@@ -36,7 +36,7 @@ pub fn run(args: &MeshArgs) -> Result<(), Fault> {
     })?;
     let mut bench = Bench::new("mesh", suite(args), &args.dem.read_options())?;
     probe_parent(&args.out)?;
-    bench.prepare_maps(args.settings.keep_maps, true)?;
+    bench.prepare(args.settings.keep_maps, true)?;
     let triangles = replay(&bench, args.frame)?;
     let mesh = share_vertices(&bench.dem.heightmap, &triangles);
     write_atomically(&args.out, |file| format.write(file, &mesh)).map_err(|e| Fault::write(&args.out, e))?;
@@ -76,7 +76,7 @@ fn suite(args: &MeshArgs) -> Suite {
 /// Flies up to the frame as the bench does, since what a frame draws may depend on the frames before; then plans it once
 /// more with culling off.
 fn replay(bench: &Bench, last: u32) -> Result<Vec<Triangle>, Fault> {
-    let mut method = bench.runs[0].converged().build(&bench.dem.heightmap, &bench.maps)?;
+    let mut method = bench.runs[0].converged().build(&bench.dem.heightmap, &bench.prepared)?;
     let mut mirror = MeshMirror::new(&method.buffers(), &bench.dem.heightmap);
     let mut plan = FramePlan::default();
     let progress = Progress::new("replay", last as u64 + 1);

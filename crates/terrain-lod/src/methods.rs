@@ -3,18 +3,20 @@
 use std::sync::Arc;
 
 use clap::ValueEnum;
-use htp_lod::{CellFile, Htp, Scan, cut};
+use htp_lod::Htp;
 use lod_baselines::{Decimated, FullGrid, Geomipmap, Greedy, Rqt};
 use serde::{Deserialize, Serialize};
 use terrain_core::{Heightmap, LodMethod};
 use tin_lod::{Nodes, Tin};
 
+use crate::cells::Cells;
 use crate::choices::{
     BatchingName, EdgePolicyName, IndexStoreName, LoadingName, MetricName, ScheduleName, SelectorName,
     TriangulatorName, name_of,
 };
 use crate::fault::Fault;
 use crate::maps::Maps;
+use crate::prepared::Prepared;
 
 /// A method by its name on the command line, in suites and in tables.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
@@ -114,13 +116,13 @@ pub struct Run {
 }
 
 impl Run {
-    /// Makes the method for a DEM. What it needs of the threshold maps and does not find there it computes itself.
-    pub fn build(&self, heightmap: &Arc<Heightmap>, maps: &Maps) -> Result<Box<dyn LodMethod>, Fault> {
+    /// Makes the method for a DEM, with what was prepared. Threshold maps that are not there it computes itself.
+    pub fn build(&self, heightmap: &Arc<Heightmap>, prepared: &Prepared) -> Result<Box<dyn LodMethod>, Fault> {
         let heightmap = heightmap.clone();
         let Settings { tolerance_px, step, .. } = self.settings;
         let method: Box<dyn LodMethod> = match self.method {
-            MethodName::Tin => self.build_tin(heightmap, maps)?,
-            MethodName::Htp | MethodName::HtpInstanced => Box::new(self.build_htp(heightmap)?),
+            MethodName::Tin => self.build_tin(heightmap, &prepared.maps)?,
+            MethodName::Htp | MethodName::HtpInstanced => Box::new(self.build_htp(heightmap, &prepared.cells)?),
             MethodName::FullGrid => Box::new(FullGrid::new(&heightmap)),
             MethodName::Decimated => Box::new(Decimated::new(&heightmap, step).map_err(Fault::usage)?),
             MethodName::Rqt => Box::new(Rqt::new(&heightmap, tolerance_px).map_err(Fault::usage)?),
@@ -138,7 +140,10 @@ impl Run {
     pub fn validate(&self) -> Result<(), Fault> {
         match self.method {
             MethodName::Tin => self.tin_options().validate().map_err(Fault::usage),
-            MethodName::Htp | MethodName::HtpInstanced => self.htp_options().validate().map_err(Fault::usage),
+            MethodName::Htp | MethodName::HtpInstanced => match self.streamed() {
+                Some(options) => options.validate_streamed().map_err(Fault::usage),
+                None => self.htp_options().validate().map_err(Fault::usage),
+            },
             // The suite keeps steps and tolerances within their ranges.
             _ => Ok(()),
         }
@@ -153,16 +158,19 @@ impl Run {
         Ok(Box::new(tin.map_err(Fault::usage)?))
     }
 
-    /// With a window the cells are cut here, in memory; the DEM itself is not the method's any more.
-    fn build_htp(&self, heightmap: Arc<Heightmap>) -> Result<Htp, Fault> {
-        let options = self.htp_options();
-        if self.settings.window_mib.is_none() {
-            return Htp::new(heightmap, options).map_err(Fault::usage);
-        }
-        let [columns, rows] = [heightmap.columns(), heightmap.rows()];
-        Scan::new([columns, rows], heightmap.spacing_m(), None, &options).map_err(Fault::usage)?;
-        let (file, resident) = CellFile::open(Arc::new(cut(&heightmap, &options))).map_err(Fault::usage)?;
+    /// With a window the DEM itself is not the method's any more.
+    fn build_htp(&self, heightmap: Arc<Heightmap>, cells: &Cells) -> Result<Htp, Fault> {
+        let Some(options) = self.streamed() else {
+            return Htp::new(heightmap, self.htp_options()).map_err(Fault::usage);
+        };
+        let (file, resident) = cells.open(&options)?;
         Htp::stream(file, resident, options).map_err(Fault::usage)
+    }
+
+    /// The options of HTP with a window of cells.
+    pub fn streamed(&self) -> Option<htp_lod::Options> {
+        let is_htp = matches!(self.method, MethodName::Htp | MethodName::HtpInstanced);
+        (is_htp && self.settings.window_mib.is_some()).then(|| self.htp_options())
     }
 
     /// The patches and groups that the bounded TIN needs threshold maps of.

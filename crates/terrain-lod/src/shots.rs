@@ -19,7 +19,7 @@ pub fn take(
     folder: &Path,
     progress: &Progress,
 ) -> Result<(), Fault> {
-    let mut method = run.converged().build(&bench.dem.heightmap, &bench.maps)?;
+    let mut method = run.converged().build(&bench.dem.heightmap, &bench.prepared)?;
     let mut buffers = renderer.buffers(method.buffers())?;
     let mut plan = FramePlan::default();
     let moments = moments(bench.path.len());

@@ -113,7 +113,7 @@ fn fly(
     renderer: &mut Option<Renderer>,
     progress: &Progress,
 ) -> Result<Vec<SpeedFrame>, Fault> {
-    let mut method = run.build(&bench.dem.heightmap, &bench.maps)?;
+    let mut method = run.build(&bench.dem.heightmap, &bench.prepared)?;
     let mut buffers = renderer.as_ref().map(|renderer| renderer.buffers(method.buffers())).transpose()?;
     let mut plan = FramePlan::default();
     let mut frames = Vec::with_capacity(bench.path.len() as usize);

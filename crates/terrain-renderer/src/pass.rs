@@ -98,10 +98,10 @@ impl TerrainPass {
         if buffers.vertex_kind() == VertexKind::Displaced && !buffers.has_tiles() && !self.scene.has_heights() {
             return Err(RenderError::NoHeights);
         }
-        buffers.apply(gpu, plan)?;
         if look.wireframe && self.baked.lines.is_none() {
             return Err(RenderError::NoWireframe(gpu.facts().name.clone()));
         }
+        buffers.apply(gpu, plan)?;
         if self.submission == Submission::MultiIndirect {
             buffers.write_arguments(gpu, &plan.draws)?;
         }
@@ -140,8 +140,9 @@ impl TerrainPass {
     fn pipelines(&self, buffers: &MethodBuffers, plan: &FramePlan) -> &Pipelines {
         match buffers.vertex_kind() {
             VertexKind::Baked => &self.baked,
-            VertexKind::Displaced if plan.morph.is_some() => &self.morphed,
+            // Tiles do not glide: no method has both.
             VertexKind::Displaced if buffers.has_tiles() => self.tiled.as_ref().expect("buffers are refused without"),
+            VertexKind::Displaced if plan.morph.is_some() => &self.morphed,
             VertexKind::Displaced => &self.displaced,
         }
     }

@@ -37,8 +37,8 @@ pub struct TileUniforms {
 impl TileUniforms {
     /// The uniforms of these tiles.
     ///
-    /// The shader decodes in f32: heights may differ from [`HeightFormat::decode`] in the last bit, all vertices of one
-    /// sample alike.
+    /// The shader decodes in f32: heights differ from [`HeightFormat::decode`] by no more than offset and height are rounded,
+    /// all vertices of one sample alike.
     pub fn new(tiles: &HeightTiles) -> Self {
         let [scale_m, offset_m] = match tiles.format {
             HeightFormat::F32 => [1.0, 0.0],
@@ -90,7 +90,9 @@ impl TileBuffer {
         if !gpu.facts().height_tiles {
             return Err(RenderError::NoHeightTiles(gpu.facts().name.clone()));
         }
-        let limit = limits.max_buffer_size.min(limits.max_storage_buffer_binding_size);
+        // The shader counts codes in 32 bits.
+        let counted = u64::from(u32::MAX) * tiles.format.bytes();
+        let limit = limits.max_buffer_size.min(limits.max_storage_buffer_binding_size).min(counted);
         if bytes > limit {
             return Err(RenderError::BufferTooLarge { buffer: "height", bytes, limit });
         }

@@ -147,9 +147,14 @@ impl Cutter {
 
 /// The whole file as bytes: for a DEM that is in memory. Panics if its options are such that [`Scan::new`] refuses them.
 pub fn cut(heightmap: &Heightmap, options: &Options) -> Vec<u8> {
+    cut_steps(heightmap, None, options)
+}
+
+/// As [`cut`], of heights that may be whole steps: `declared` are metres of a step and metres at 0.
+pub fn cut_steps(heightmap: &Heightmap, declared: Option<[f64; 2]>, options: &Options) -> Vec<u8> {
     let samples = [heightmap.columns(), heightmap.rows()];
     let rows = || heightmap.heights_m().chunks(samples[0] as usize);
-    let mut scan = Scan::new(samples, heightmap.spacing_m(), None, options).expect("options that can be streamed");
+    let mut scan = Scan::new(samples, heightmap.spacing_m(), declared, options).expect("options that can be streamed");
     rows().for_each(|row_m| scan.push(row_m));
     let mut cutter = Cutter::new(scan.finish());
     let mut bytes = vec![0; cutter.file_bytes() as usize];

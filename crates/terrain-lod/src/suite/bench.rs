@@ -8,11 +8,13 @@ use terrain_dem::{Dem, ReadOptions};
 use terrain_renderer::{Look, Submission};
 
 use super::Suite;
+use crate::cells::Cells;
 use crate::cli::BenchArgs;
 use crate::dem;
 use crate::fault::{Cause, Fault};
 use crate::maps::{Kept, Maps};
 use crate::methods::Run;
+use crate::prepared::Prepared;
 
 /// A flight by its built-in name or its file.
 fn open_flight(spec: &str) -> Result<Flight, Fault> {
@@ -31,8 +33,7 @@ pub struct Bench {
     pub suite: Suite,
     pub runs: Vec<Run>,
     pub dem: Dem,
-    /// Empty until [`Self::prepare_maps`].
-    pub maps: Maps,
+    pub prepared: Prepared,
     pub flight_name: String,
     pub path: FlightPath,
     /// Frames at the start of each flight of the speed pass that are not timed.
@@ -62,7 +63,7 @@ impl Bench {
             suite_name: suite_stem(suite_name),
             runs,
             dem,
-            maps: Maps::default(),
+            prepared: Prepared::default(),
             flight_name: flight.name().to_string(),
             path,
             // A short flight still has frames to time.
@@ -73,9 +74,9 @@ impl Bench {
         })
     }
 
-    /// Gets the threshold maps that the runs need, once for all passes. That takes a while. `keep`: in files beside the
-    /// DEM's, which are read, and written if `may_write`.
-    pub fn prepare_maps(&mut self, keep: bool, may_write: bool) -> Result<(), Fault> {
+    /// Gets what the runs need, once for all passes. That takes a while. `keep`: threshold maps in files beside the DEM's,
+    /// which are read, and written if `may_write`.
+    pub fn prepare(&mut self, keep: bool, may_write: bool) -> Result<(), Fault> {
         let (file, needs_maps) = (Path::new(&self.suite.dem), self.runs.iter().any(Run::needs_maps));
         if keep && needs_maps && !file.is_file() {
             let message =
@@ -83,7 +84,8 @@ impl Bench {
             return Err(Fault::usage(message + ", or no --keep-maps"));
         }
         let kept = keep.then_some(Kept { beside: file, may_write });
-        self.maps = Maps::of(&self.runs, &self.dem.heightmap, kept);
+        let maps = Maps::of(&self.runs, &self.dem.heightmap, kept);
+        self.prepared = Prepared { maps, cells: Cells::of(&self.runs, &self.dem, &self.suite.dem)? };
         Ok(())
     }
 

@@ -70,6 +70,61 @@ fn htp_over_cells_draws_what_it_does_over_the_dem() {
     assert_eq!((few["cracks"].as_str(), few["err"].as_str()), ("0", ""));
 }
 
+/// Found by a review: cells were cut in memory for every flight, also where the DEM was a file of cells, and whatever step
+/// its heights were whole multiples of.
+#[test]
+fn htp_flies_over_the_cells_of_the_file_that_it_is_given() {
+    let place = tempfile::tempdir().unwrap();
+    let run = |line: &str| terrain_lod(place.path(), &line.split(' ').collect::<Vec<_>>());
+    assert!(run("dem synth a.png --size 193x160 --seed 3").status.success());
+    assert!(run("dem cells a.png a.cells --k 3 --layers 3").status.success());
+    let fly = |dem: &str, out: &str| {
+        let line = format!(
+            "bench --no-gpu --repeats 1 -m htp-instanced --frames 12 --layers 3 --window-mib 8 --dem {dem} --out {out}"
+        );
+        let output = run(&line);
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        crate::program::read_rows(&place.path().join(out).join("summary.csv")).remove(0)
+    };
+    let (file, memory) = (fly("a.cells", "file"), fly("a.png", "memory"));
+    for column in ["triangles_mean", "upload_bytes_mean", "error_px_max", "resident_bytes", "cracks"] {
+        assert_eq!(file[column], memory[column], "{column}");
+    }
+    // With a byte of a cell changed, reads fail, coarser levels stand in, and the bench says so.
+    let cells = place.path().join("a.cells");
+    let mut bytes = std::fs::read(&cells).unwrap();
+    let last = bytes.len() - 9;
+    bytes[last] ^= 1;
+    std::fs::write(&cells, bytes).unwrap();
+    let refused = run("bench --no-gpu -m htp-instanced --layers 3 --window-mib 8 --dem a.cells --out broken");
+    assert_eq!(refused.status.code(), Some(4), "the DEM itself is read from it, too");
+}
+
+/// Found by a review: only the flight refused them, after everything was prepared.
+#[test]
+fn what_a_window_cannot_do_is_refused_before_anything_is_written() {
+    let place = tempfile::tempdir().unwrap();
+    for (flags, expected) in [
+        ("-m htp --window-mib 8", "cells that are loaded one by one are drawn by instances alone"),
+        ("-m htp-instanced --window-mib 8 --layers 1", "cells that are loaded one by one need 2 layers or more"),
+        (
+            "-m htp-instanced --window-mib 8 --metric distance --geomorph",
+            "geomorphing with cells that are loaded one by one: expected the whole DEM in memory",
+        ),
+        (
+            "-m htp-instanced --window-mib 1 --layers 6 --k 3 --dem synthetic:1300x1300:1",
+            "window of 1 MiB: expected at least",
+        ),
+    ] {
+        let line = format!("bench --no-gpu --out results {flags}");
+        let output = terrain_lod(place.path(), &line.split(' ').collect::<Vec<_>>());
+        let said = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(output.status.code(), Some(2), "{flags}: {said}");
+        assert!(said.lines().last().unwrap().starts_with(&format!("error: {expected}")), "{flags}: {said}");
+        assert!(!place.path().join("results").exists());
+    }
+}
+
 #[test]
 fn built_in_dem() {
     flies_without_cracks(&[], "60");
