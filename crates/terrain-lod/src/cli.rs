@@ -5,6 +5,7 @@ use std::path::PathBuf;
 
 use clap::builder::TypedValueParser;
 use clap::{Args, Parser, Subcommand, ValueEnum};
+use serde::{Deserialize, Serialize};
 use terrain_renderer::{AdapterChoice, Colour, Look, Normals, Submission};
 
 use crate::choices::{
@@ -127,9 +128,11 @@ impl AdapterArgs {
 }
 
 /// How the draws of a plan reach the GPU.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum SubmissionName {
     /// One draw call each
+    #[default]
     Direct,
     /// One multi-draw-indirect call for all
     Multi,

@@ -34,7 +34,7 @@ pub fn run(args: &MeshArgs) -> Result<(), Fault> {
     let format = MeshFormat::of(&args.out).ok_or_else(|| {
         Fault::usage(format!("{}: expected a name that ends in {}", args.out.display(), MeshFormat::ENDINGS))
     })?;
-    let mut bench = Bench::new("mesh", suite(args), &args.dem.read_options())?;
+    let mut bench = Bench::new("mesh", suite(args), args.dem.read_options())?;
     probe_parent(&args.out)?;
     bench.prepare(args.settings.keep_maps, true)?;
     let triangles = replay(&bench, args.frame)?;

@@ -270,7 +270,7 @@ impl Run {
 
     /// What the column `setting` says, by the names of the flags; the tolerance has a column of its own.
     pub fn setting(&self) -> String {
-        let Settings { patch, max_spacing, jitter, smoothing, leg_px, k, step, .. } = self.settings;
+        let Settings { patch, max_spacing, jitter, smoothing, leg_px, k, step, threads, .. } = self.settings;
         match self.method {
             MethodName::Tin => {
                 let of_selector = match self.settings.selector {
@@ -284,9 +284,10 @@ impl Run {
                 let store = name_of(self.settings.index_store);
                 let jitter = jitter.map_or_else(String::new, |seed| format!(" jitter={seed}"));
                 let smoothing = if smoothing { " smoothing" } else { "" };
+                let threads = if threads == 1 { String::new() } else { format!(" threads={threads}") };
                 format!(
                     "selector={selector} patch={patch} {of_selector} triangulator={triangulator} edge-policy={edges} \
-                     schedule={schedule} index-store={store}{jitter}{smoothing}"
+                     schedule={schedule} index-store={store}{jitter}{smoothing}{threads}"
                 )
             }
             MethodName::Htp | MethodName::HtpInstanced => {
@@ -318,6 +319,16 @@ impl Run {
         (self.method == MethodName::Tin).then_some(self.settings.patch)
     }
 
+    /// tin's settings that are seldom not the default, where they are not, for [`Self::file_stem`].
+    fn rare_tin_settings(&self) -> String {
+        let Settings { group, edge_policy, index_store, threads, .. } = self.settings;
+        let group = group.map(|group| format!("-group{group}"));
+        let edges = (edge_policy != EdgePolicyName::default()).then(|| format!("-{}-edges", name_of(edge_policy)));
+        let store = (index_store != IndexStoreName::default()).then(|| format!("-{}", name_of(index_store)));
+        let threads = (threads != 1).then(|| format!("-threads{threads}"));
+        [group, edges, store, threads].into_iter().flatten().collect()
+    }
+
     /// A short unique name for files: letters, digits, dots and dashes.
     pub fn file_stem(&self) -> String {
         let Settings { tolerance_px, patch, leg_px, k, step, .. } = self.settings;
@@ -326,7 +337,8 @@ impl Run {
             MethodName::Tin => {
                 let (selector, triangulator) = (name_of(self.settings.selector), name_of(self.settings.triangulator));
                 let schedule = name_of(self.settings.schedule);
-                format!("{name}-{selector}-{tolerance_px}px-patch{patch}-{triangulator}-{schedule}")
+                let rest = self.rare_tin_settings();
+                format!("{name}-{selector}-{tolerance_px}px-patch{patch}-{triangulator}-{schedule}{rest}")
             }
             MethodName::Htp | MethodName::HtpInstanced => {
                 let px = if self.takes_tolerance() { format!("{tolerance_px}px") } else { format!("leg{leg_px}px") };

@@ -1,6 +1,7 @@
 //! What a bench flies: a suite, which is a TOML file, and the flags that override it.
 
 mod bench;
+mod one_or_more;
 
 use std::ops::RangeInclusive;
 use std::path::Path;
@@ -9,16 +10,18 @@ use regex_lite::Regex;
 use serde::{Deserialize, Serialize};
 use terrain_core::Heightmap;
 use terrain_core::source::SourceText;
+use terrain_dem::{Crop, ReadOptions};
 
 use crate::choices::{
     BatchingName, EdgePolicyName, IndexStoreName, LoadingName, MetricName, ScheduleName, SelectorName, TriangulatorName,
 };
-use crate::cli::{BenchArgs, MethodArgs};
+use crate::cli::{BenchArgs, MethodArgs, SubmissionName};
 use crate::fault::{Cause, Fault};
 use crate::methods::{MethodName, Run, Settings};
 use crate::pivot::Pivot;
 
 pub use bench::Bench;
+use one_or_more::one_or_more;
 
 /// The suites in `data/suites`.
 const BUILT_IN: [(&str, &str); 5] = [
@@ -44,7 +47,7 @@ pub const SHARES: RangeInclusive<f64> = 1e-4..=10.0;
 /// Threads of a method.
 pub const THREADS: RangeInclusive<u32> = 1..=256;
 
-/// A suite file. What it leaves out has the default of the flag with the same name.
+/// A suite file. What it leaves out has the default of the flag with the same name. Every combination of the lists is flown.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Suite {
@@ -52,6 +55,16 @@ pub struct Suite {
     pub description: String,
     /// As `--dem`.
     pub dem: String,
+    /// As `--crop`: a part of the DEM, of the one that `--dem` names too.
+    pub crop: Option<String>,
+    /// As `--thin`; likewise.
+    pub thin: Option<u32>,
+    /// As `--spacing`, in x and z. This and the two that follow are about the suite's own DEM and not that of `--dem`.
+    pub spacing_m: Option<[f64; 2]>,
+    /// As `--scale`.
+    pub scale: Option<f64>,
+    /// As `--offset`.
+    pub offset_m: Option<f64>,
     /// As `--flight`.
     pub flight: String,
     /// As `--methods`.
@@ -72,8 +85,9 @@ pub struct Suite {
     pub distance_m: Option<f64>,
     /// As `--max-spacing`.
     pub max_spacing: Option<u32>,
-    /// As `--group`.
-    pub group: Option<u32>,
+    /// As `--group`; empty: by the patch.
+    #[serde(deserialize_with = "one_or_more")]
+    pub group: Vec<u32>,
     /// As `--blocks`.
     pub blocks: bool,
     /// As `--schedule`.
@@ -81,9 +95,11 @@ pub struct Suite {
     /// As `--triangulator`.
     pub triangulator: Vec<TriangulatorName>,
     /// As `--index-store`.
-    pub index_store: IndexStoreName,
+    #[serde(deserialize_with = "one_or_more")]
+    pub index_store: Vec<IndexStoreName>,
     /// As `--edge-policy`.
-    pub edge_policy: EdgePolicyName,
+    #[serde(deserialize_with = "one_or_more")]
+    pub edge_policy: Vec<EdgePolicyName>,
     /// As `--jitter`.
     pub jitter: Option<u32>,
     /// As `--smoothing`.
@@ -94,16 +110,21 @@ pub struct Suite {
     pub batching: Vec<BatchingName>,
     /// As `--k`.
     pub k: Vec<u32>,
-    /// As `--layers`.
-    pub layers: Option<u32>,
+    /// As `--layers`; empty: by the metric.
+    #[serde(deserialize_with = "one_or_more")]
+    pub layers: Vec<u32>,
     /// As `--geomorph`.
-    pub geomorph: bool,
+    #[serde(deserialize_with = "one_or_more")]
+    pub geomorph: Vec<bool>,
     /// As `--window-mib`; empty: the whole DEM is in memory.
     pub window_mib: Vec<u32>,
     /// As `--loading`.
     pub loading: LoadingName,
     /// As `--threads`.
-    pub threads: u16,
+    #[serde(deserialize_with = "one_or_more")]
+    pub threads: Vec<u16>,
+    /// As `--submission`.
+    pub submission: SubmissionName,
     /// As `--size`.
     pub size_px: [u32; 2],
     /// As `--frames`: evenly over the flight; without it as many as the flight has at its own steps a second.
@@ -128,6 +149,11 @@ impl Default for Suite {
         Self {
             description: String::new(),
             dem: "jacksboro".into(),
+            crop: None,
+            thin: None,
+            spacing_m: None,
+            scale: None,
+            offset_m: None,
             flight: "ground-level".into(),
             methods: vec![Tin, Htp, HtpInstanced, FullGrid],
             filter: None,
@@ -138,22 +164,23 @@ impl Default for Suite {
             step: vec![2, 4, 8],
             distance_m: None,
             max_spacing: None,
-            group: None,
+            group: Vec::new(),
             blocks: true,
             schedule: vec![ScheduleName::default()],
             triangulator: vec![TriangulatorName::default()],
-            index_store: IndexStoreName::default(),
-            edge_policy: EdgePolicyName::default(),
+            index_store: vec![IndexStoreName::default()],
+            edge_policy: vec![EdgePolicyName::default()],
             jitter: None,
             smoothing: false,
             metric: Vec::new(),
             batching: Vec::new(),
             k: vec![3],
-            layers: None,
-            geomorph: false,
+            layers: Vec::new(),
+            geomorph: vec![false],
             window_mib: Vec::new(),
             loading: LoadingName::default(),
-            threads: 1,
+            threads: vec![1],
+            submission: SubmissionName::default(),
             size_px: [640, 360],
             frames: None,
             repeats: 3,
@@ -184,7 +211,9 @@ impl Suite {
     /// The suite that the command line names, with the command line's own choices.
     pub fn from_args(args: &BenchArgs) -> Result<Self, Fault> {
         let mut suite = Self::named(&args.suite)?;
-        override_with(&mut suite.dem, &args.dem.dem);
+        if let Some(dem) = &args.dem.dem {
+            suite = Self { dem: dem.clone(), spacing_m: None, scale: None, offset_m: None, ..suite };
+        }
         override_with(&mut suite.flight, &args.flight);
         override_with(&mut suite.methods, &args.methods);
         override_with(&mut suite.tolerance_px, &args.tolerance);
@@ -198,6 +227,7 @@ impl Suite {
         override_with(&mut suite.k, &args.k);
         override_with(&mut suite.window_mib, &args.window_mib);
         override_with(&mut suite.step, &args.step);
+        override_with(&mut suite.submission, &args.submission);
         override_with(&mut suite.size_px, &args.size);
         override_with(&mut suite.repeats, &args.repeats);
         override_with(&mut suite.max_repeats, &args.max_repeats);
@@ -213,17 +243,33 @@ impl Suite {
     /// Takes the settings that are given on the command line.
     pub fn override_settings(&mut self, args: &MethodArgs) {
         override_with(&mut self.blocks, &args.blocks);
-        override_with(&mut self.index_store, &args.index_store);
-        override_with(&mut self.edge_policy, &args.edge_policy);
-        override_with(&mut self.threads, &args.threads);
+        override_with(&mut self.index_store, &args.index_store.map(|store| vec![store]));
+        override_with(&mut self.edge_policy, &args.edge_policy.map(|policy| vec![policy]));
+        override_with(&mut self.threads, &args.threads.map(|threads| vec![threads]));
+        override_with(&mut self.group, &args.group.map(|group| vec![group]));
+        override_with(&mut self.layers, &args.layers.map(|layers| vec![layers]));
+        override_with(&mut self.geomorph, &args.geomorph.then(|| vec![true]));
         self.distance_m = args.distance.or(self.distance_m);
         self.max_spacing = args.max_spacing.or(self.max_spacing);
-        self.group = args.group.or(self.group);
         self.jitter = args.jitter.or(self.jitter);
         self.smoothing |= args.smoothing;
-        self.geomorph |= args.geomorph;
-        self.layers = args.layers.or(self.layers);
         override_with(&mut self.loading, &args.loading);
+    }
+
+    /// How the DEM is read: as the flags say, and else as the suite says.
+    pub fn read_options(&self, flags: ReadOptions) -> Result<ReadOptions, String> {
+        let crop = self.crop.as_deref().map(|text| {
+            Crop::parse(text)
+                .ok_or_else(|| format!("crop = {text:?}; expected such as \"513x513\" or \"513x513+100+0\""))
+        });
+        Ok(ReadOptions {
+            crop: flags.crop.or(crop.transpose()?),
+            thin: flags.thin.or(self.thin),
+            spacing_m: flags.spacing_m.or(self.spacing_m),
+            scale: flags.scale.or(self.scale),
+            offset_m: flags.offset_m.or(self.offset_m),
+            ..flags
+        })
     }
 
     /// What the command line checks flag by flag, a suite file must keep as well.
@@ -245,6 +291,10 @@ impl Suite {
             ("step", self.step.len()),
             ("schedule", self.schedule.len()),
             ("triangulator", self.triangulator.len()),
+            ("index_store", self.index_store.len()),
+            ("edge_policy", self.edge_policy.len()),
+            ("geomorph", self.geomorph.len()),
+            ("threads", self.threads.len()),
         ];
         if let Some((name, _)) = lists.iter().find(|(_, length)| *length == 0) {
             return Err(format!("{name} is empty; expected at least one"));
@@ -255,6 +305,16 @@ impl Suite {
         if let Some(distance_m) = self.distance_m.filter(|m| !(*m > 0.0 && m.is_finite())) {
             return Err(format!("distance_m = {distance_m}; expected a number above 0"));
         }
+        within("thin", self.thin.unwrap_or(1), 1..=65_535)?;
+        if let Some(spacing_m) = self.spacing_m.filter(|sides| !sides.iter().all(|m| *m > 0.0 && m.is_finite())) {
+            return Err(format!("spacing_m = {spacing_m:?}; expected two numbers above 0"));
+        }
+        let finite = |name: &str, value: Option<f64>| match value.filter(|value| !value.is_finite()) {
+            Some(value) => Err(format!("{name} = {value}; expected a finite number")),
+            None => Ok(()),
+        };
+        finite("scale", self.scale)?;
+        finite("offset_m", self.offset_m)?;
         within("size_px", self.size_px[0], SIDE_PX)?;
         within("size_px", self.size_px[1], SIDE_PX)?;
         within("frames", self.frames.unwrap_or(1), FRAMES)?;
@@ -263,7 +323,7 @@ impl Suite {
         if let Some(share) = self.until_ci.filter(|share| !SHARES.contains(share)) {
             return Err(format!("until_ci = {share}; expected {} to {}", SHARES.start(), SHARES.end()));
         }
-        within("threads", self.threads.into(), THREADS)?;
+        self.threads.iter().try_for_each(|threads| within("threads", (*threads).into(), THREADS))?;
         self.tables.iter().try_for_each(Pivot::validate)
     }
 
@@ -311,12 +371,22 @@ impl Suite {
         let all = with_each_or_none(all, &self.batching, |settings, name| settings.batching = name);
         let all = with_each_or_none(all, &self.metric, |settings, name| settings.metric = name);
         let all = with_each_or_none(all, &self.window_mib, |settings, mib| settings.window_mib = mib);
+        let all = with_each_or_none(all, &self.group, |settings, group| settings.group = group);
+        let all = with_each(all, &self.edge_policy, |settings, policy| settings.edge_policy = policy);
+        let all = with_each(all, &self.index_store, |settings, store| settings.index_store = store);
+        let all = with_each_or_none(all, &self.layers, |settings, layers| settings.layers = layers);
+        let all = with_each(all, &self.geomorph, |settings, geomorph| settings.geomorph = geomorph);
+        let all = with_each(all, &self.threads, |settings, threads| settings.threads = threads.into());
         let mut all = with_each(all, &self.step, |settings, step| settings.step = step);
-        // The bounded selector knows one triangulator. The others of a list are for algorithm 1.
-        let has_grid = self.triangulator.contains(&TriangulatorName::Grid);
-        let fits = |s: &Settings| s.selector != SelectorName::Bounded || s.triangulator == TriangulatorName::Grid;
-        all.retain(|settings| fits(settings) || !has_grid);
+        all.retain(|settings| settings.selector != SelectorName::Bounded || self.fits_bounded(settings));
         all
+    }
+
+    /// The bounded selector knows one triangulator and one edge policy. The others of a list are for algorithm 1.
+    fn fits_bounded(&self, settings: &Settings) -> bool {
+        let (grid, matched) = (TriangulatorName::Grid, EdgePolicyName::Matched);
+        let triangulator = settings.triangulator == grid || !self.triangulator.contains(&grid);
+        triangulator && (settings.edge_policy == matched || !self.edge_policy.contains(&matched))
     }
 
     /// The first of each list.
@@ -326,25 +396,25 @@ impl Suite {
             selector: self.selector[0],
             patch: self.patch[0],
             max_spacing: self.max_spacing,
-            group: self.group,
+            group: None,
             blocks: self.blocks,
             schedule: self.schedule[0],
             triangulator: self.triangulator[0],
-            index_store: self.index_store,
-            edge_policy: self.edge_policy,
+            index_store: self.index_store[0],
+            edge_policy: self.edge_policy[0],
             jitter: self.jitter,
             smoothing: self.smoothing,
             metric: None,
             batching: None,
             leg_px: self.leg_px[0],
             k: self.k[0],
-            layers: self.layers,
-            geomorph: self.geomorph,
+            layers: None,
+            geomorph: self.geomorph[0],
             window_mib: None,
             loading: self.loading,
             step: self.step[0],
             distance_m: self.distance_m,
-            threads: self.threads.into(),
+            threads: self.threads[0].into(),
         }
     }
 
@@ -383,5 +453,35 @@ fn without_repeats(list: Vec<f64>) -> Vec<f64> {
 pub fn override_with<T: Clone>(value: &mut T, flag: &Option<T>) {
     if let Some(flag) = flag {
         value.clone_from(flag);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn stems(text: &str) -> Vec<String> {
+        let source = SourceText { name: "a suite", text };
+        source.parse::<Suite>().unwrap().runs().unwrap().iter().map(Run::file_stem).collect()
+    }
+
+    #[test]
+    fn one_value_is_a_list_of_one() {
+        let expected = ["tin-bounded-1px-patch32-grid-blocking-group1-fixed-threads2"];
+        let rest = "methods = ['tin']\ngroup = 1\nindex_store = 'fixed'\nthreads = 2";
+        assert_eq!(stems(rest), expected);
+        assert_eq!(stems("methods = ['tin']\ngroup = [1]\nindex_store = ['fixed']\nthreads = [2]"), expected);
+        let source = SourceText { name: "a suite", text: "threads = 'two'" };
+        let refused = source.parse::<Suite>().unwrap_err().to_string();
+        assert!(refused.starts_with("a suite:1:") && refused.contains("expected u16"), "{refused}");
+    }
+
+    #[test]
+    fn every_combination_has_a_file_of_its_own_and_the_bounded_selector_its_own_policy() {
+        let lists = "methods = ['tin']\nselector = ['algorithm1', 'bounded']\nedge_policy = ['matched', 'paper']\n\
+                     index_store = ['fixed', 'packed']\nthreads = [1, 2]";
+        let stems = stems(lists);
+        assert_eq!(stems.len(), 4 * 2 + 4, "{stems:?}");
+        assert!(!stems.iter().any(|stem| stem.contains("bounded") && stem.contains("paper")), "{stems:?}");
     }
 }

@@ -45,18 +45,17 @@ pub struct Bench {
 impl Bench {
     /// The suite that the command line names.
     pub fn from_args(args: &BenchArgs) -> Result<Self, Fault> {
-        let submission = args.submission.map_or(Submission::Direct, Submission::from);
-        let bench = Self::new(&args.suite, Suite::from_args(args)?, &args.dem.read_options())?;
-        Ok(Self { submission, look: args.look(), ..bench })
+        let bench = Self::new(&args.suite, Suite::from_args(args)?, args.dem.read_options())?;
+        Ok(Self { look: args.look(), ..bench })
     }
 
     /// Reads and checks DEM, flight and settings.
-    pub fn new(suite_name: &str, suite: Suite, read: &ReadOptions) -> Result<Self, Fault> {
+    pub fn new(suite_name: &str, suite: Suite, read: ReadOptions) -> Result<Self, Fault> {
         let refuse = |reason| Fault::new(Cause::BadInput, format_args!("suite {suite_name}: {reason}"));
         suite.validate().map_err(refuse)?;
         let runs = suite.runs()?;
         let flight = open_flight(&suite.flight)?;
-        let dem = dem::open(&suite.dem, read)?;
+        let dem = dem::open(&suite.dem, &suite.read_options(read).map_err(refuse)?)?;
         let frames = suite.frames.unwrap_or_else(|| flight.default_frames());
         let path = FlightPath::new(&flight, &dem.heightmap, frames)?;
         Ok(Self {
@@ -68,7 +67,7 @@ impl Bench {
             path,
             // A short flight still has frames to time.
             warm_up: suite.warm_up.min(frames / 2),
-            submission: Submission::default(),
+            submission: suite.submission.into(),
             look: Look::default(),
             suite,
         })

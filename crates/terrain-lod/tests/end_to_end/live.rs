@@ -54,7 +54,8 @@ fn live_runs_are_measured_as_they_are_drawn_and_the_others_are_not() {
         assert_eq!((row["live_cracks"].as_str(), row["live_fps"].as_str()), ("0", "60.0"), "{row:?}");
         assert!(number(row, "live_error_px_max") > 0.0, "{row:?}");
     }
-    let frames = read_rows(&place.path().join("results/frames/tin-algorithm1-1px-patch32-spade-live-live.csv"));
+    let frames =
+        read_rows(&place.path().join("results/frames/tin-algorithm1-1px-patch32-spade-live-threads2-live.csv"));
     assert_eq!(frames.len(), 2 * 31, "every frame of both flights");
     let stale = frames.iter().filter(|frame| frame["stale_patches"] != "0").count();
     let share = number(rows.iter().find(is_live).unwrap(), "stale_frames_share");
