@@ -8,6 +8,7 @@ use std::path::{Path, PathBuf};
 use clap::{CommandFactory, FromArgMatches};
 use serde_json::{Value, json};
 
+use crate::benches::SUITE_FILE;
 use crate::cli::{BenchArgs, Cli, Command};
 use crate::fault::{Cause, Fault};
 use crate::machine::Machine;
@@ -28,7 +29,10 @@ impl Begun {
     /// Refuses a folder without a bench to go on with.
     pub fn open(folder: &Path) -> Result<Self, Fault> {
         let results = Results::at(folder);
-        let machine: Option<Value> = results.read_json("machine.json")?;
+        let machine: Option<Value> = match results.read_json("machine.json")? {
+            Some(machine) => Some(machine),
+            None => results.read_json(SUITE_FILE)?,
+        };
         let refuse = |reason| Err(Fault::usage(format!("{}: {reason}", folder.display())));
         match machine {
             Some(_) if !results.is_incomplete() => refuse("complete; there is nothing to resume"),
@@ -39,6 +43,16 @@ impl Begun {
 
     pub fn folder(&self) -> &Path {
         &self.folder
+    }
+
+    /// Whether the folder is that of a suite of several benches.
+    pub fn is_suite(&self) -> bool {
+        !self.machine["benches"].is_null()
+    }
+
+    /// The bench's name in a suite of several.
+    pub fn bench(&self) -> Option<&str> {
+        self.machine["bench"].as_str()
     }
 
     /// The arguments that the bench was begun with; those of this call where it gives any of its own.

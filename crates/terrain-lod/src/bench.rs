@@ -8,6 +8,7 @@ use terrain_dem::Dem;
 use terrain_renderer::{Gpu, RenderError, Renderer, RendererSettings, Scene};
 
 use crate::begun::Begun;
+use crate::benches;
 use crate::cli::BenchArgs;
 use crate::dry_run;
 use crate::fault::{Cause, Fault};
@@ -17,56 +18,103 @@ use crate::interval::Verdict;
 use crate::machine::Machine;
 use crate::output::print;
 use crate::passes::{self, Flown};
+use crate::record::{Record, record};
 use crate::repeats;
 use crate::results::{Results, utc_now};
-use crate::suite::Bench;
+use crate::suite::{Bench, SuiteFile};
 use crate::summary::{SummaryRow, Surroundings};
 use crate::summary_file::{SCHEMA, SummaryFile, SummaryFileRow};
 use crate::table;
+use crate::tables;
 
 pub fn run(args: &BenchArgs) -> Result<(), Fault> {
     let begun = args.resume.as_deref().map(Begun::open).transpose()?;
     let said = begun.as_ref().map(|begun| begun.arguments(args)).transpose()?;
     let args = said.as_ref().unwrap_or(args);
-    let mut bench = Bench::from_args(args)?;
+    let file = SuiteFile::from_args(args)?;
+    let single = match begun.as_ref().and_then(Begun::bench) {
+        // One bench of several goes on alone.
+        Some(name) => file.benches.iter().find(|bench| bench.name.as_deref() == Some(name)),
+        None => file.single(),
+    };
+    let Some(named) = single else { return benches::run(args, &file, begun) };
+    let bench = Bench::of(&file.name, named, args)?;
     let utc = utc_now();
     let folder = match &begun {
         Some(begun) => begun.folder().to_path_buf(),
         None => free_folder(args, &utc, &bench.suite_name)?,
     };
-    let gpu = open_gpu(args)?;
-    let mut renderer = gpu.as_ref().map(|gpu| renderer(gpu, &bench, false)).transpose()?;
-    if let Some(begun) = &begun {
-        begun.refuse_another(&Machine::of(&bench, renderer.as_ref(), utc.clone()))?;
-    }
-    bench.prepare(args.method.keep_maps, !args.dry_run)?;
-    // From here on there is something to leave in order. What is above ends at once.
-    interrupt::listen();
+    let sitting = Sitting { args, gpu: open_gpu(args)?, utc };
     if args.dry_run {
-        return print(&dry_run::describe(&bench, &mut renderer, &Results::at(&folder))?);
+        return print(&sitting.describe(bench, &folder, begun)?);
     }
-    let machine = Machine::of(&bench, renderer.as_ref(), utc);
-    let results = begun.map_or_else(|| begin(&folder, &machine), |begun| begun.go_on(&machine))?;
-    let mut flown = passes::fly(&bench, &mut renderer, &results, &surroundings(&machine))?;
-    write_summary(&bench, &results, &flown)?;
-    if let Some(gpu) = &gpu {
-        passes::take_shots(&bench, &mut self::renderer(gpu, &bench, true)?, &results, &mut flown)?;
-    }
-    let text = write_summary(&bench, &results, &flown)?;
-    let folder = results.complete()?;
-    print(&format!("{text}\nResults: {}\n", folder.display()))?;
-    answer(&flown)
+    let landed = sitting.fly(bench, &folder, begun)?;
+    print(&format!("{}\nResults: {}\n", landed.text, folder.display()))?;
+    landed.answer
 }
 
-/// A new result folder, which says what is about to be flown.
+/// What all benches of one call share.
+pub struct Sitting<'a> {
+    pub args: &'a BenchArgs,
+    pub gpu: Option<Gpu>,
+    pub utc: String,
+}
+
+/// A bench that has come to its end.
+pub struct Landed {
+    /// `summary.md`.
+    pub text: String,
+    pub rows: Vec<SummaryRow>,
+    /// Whether all was well.
+    pub answer: Result<(), Fault>,
+}
+
+impl Sitting<'_> {
+    /// All passes of one bench, into its folder.
+    pub fn fly(&self, mut bench: Bench, folder: &Path, begun: Option<Begun>) -> Result<Landed, Fault> {
+        let mut renderer = self.prepare(&mut bench, begun.as_ref())?;
+        // From here on there is something to leave in order. What is above ends at once.
+        interrupt::listen();
+        let machine = Machine::of(&bench, renderer.as_ref(), self.utc.clone());
+        let results = begun.map_or_else(|| begin(folder, &machine), |begun| begun.go_on(&machine))?;
+        let mut flown = passes::fly(&bench, &mut renderer, &results, &surroundings(&machine))?;
+        write_summary(&bench, &results, &flown)?;
+        if let Some(gpu) = &self.gpu {
+            passes::take_shots(&bench, &mut self::renderer(gpu, &bench, true)?, &results, &mut flown)?;
+        }
+        let text = write_summary(&bench, &results, &flown)?;
+        results.complete()?;
+        let rows = flown.iter().flat_map(|flown| flown.rows.clone()).collect();
+        Ok(Landed { text, rows, answer: answer(&flown) })
+    }
+
+    /// What would be flown.
+    pub fn describe(&self, mut bench: Bench, folder: &Path, begun: Option<Begun>) -> Result<String, Fault> {
+        let mut renderer = self.prepare(&mut bench, begun.as_ref())?;
+        interrupt::listen();
+        dry_run::describe(&bench, &mut renderer, &Results::at(folder))
+    }
+
+    fn prepare(&self, bench: &mut Bench, begun: Option<&Begun>) -> Result<Option<Renderer>, Fault> {
+        let renderer = self.gpu.as_ref().map(|gpu| renderer(gpu, bench, false)).transpose()?;
+        if let Some(begun) = begun {
+            begun.refuse_another(&Machine::of(bench, renderer.as_ref(), self.utc.clone()))?;
+        }
+        bench.prepare(self.args.method.keep_maps, !self.args.dry_run)?;
+        Ok(renderer)
+    }
+}
+
+/// A new result folder, which says what is about to be flown. One that a kill has left without that is as good as new.
 fn begin(folder: &Path, machine: &Machine) -> Result<Results, Fault> {
-    let results = Results::create(folder)?;
+    let is_left = Results::at(folder).is_incomplete();
+    let results = if is_left { Results::reopen(folder)? } else { Results::create(folder)? };
     results.write_json("machine.json", machine)?;
     Ok(results)
 }
 
 /// A dry run goes on without an adapter, and says so.
-fn open_gpu(args: &BenchArgs) -> Result<Option<Gpu>, Fault> {
+pub fn open_gpu(args: &BenchArgs) -> Result<Option<Gpu>, Fault> {
     if args.no_gpu {
         return Ok(None);
     }
@@ -79,7 +127,7 @@ fn open_gpu(args: &BenchArgs) -> Result<Option<Gpu>, Fault> {
     }
 }
 
-fn free_folder(args: &BenchArgs, utc: &str, suite: &str) -> Result<PathBuf, Fault> {
+pub fn free_folder(args: &BenchArgs, utc: &str, suite: &str) -> Result<PathBuf, Fault> {
     let default = || PathBuf::from("bench-results").join(format!("{utc}-{suite}"));
     let folder = args.out.clone().unwrap_or_else(default);
     Results::check(&folder)?;
@@ -134,7 +182,8 @@ fn write_summary(bench: &Bench, results: &Results, flown: &[Flown]) -> Result<St
     // What stands in the folder knows of earlier sittings.
     let machine: Value = results.read_json("machine.json")?.unwrap_or_default();
     let aa: Vec<_> = flown.iter().filter_map(|flown| flown.aa.clone()).collect();
-    let tables: String = bench.suite.tables.iter().map(|table| format!("\n{}", table.markdown(&rows))).collect();
+    let records: Vec<Record> = rows.iter().map(|row| record("", row)).collect();
+    let tables = tables::write(results, &bench.suite.tables, &bench.suite.equal_error, &records)?;
     let text = table::markdown(&rows)
         + &tables
         + &repeats::describe_width(&bench.suite, &runs)

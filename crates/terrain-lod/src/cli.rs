@@ -13,6 +13,7 @@ use crate::choices::{
 };
 use crate::cmp_args::CmpArgs;
 use crate::dem_args::{DemArgs, DemToolArgs};
+use crate::fault::Fault;
 use crate::methods::MethodName;
 use crate::suite::{FRAMES, PIXELS, REPEATS, SHARES, SIDE_PX, STEPS};
 
@@ -189,8 +190,19 @@ impl From<NormalsName> for Normals {
 #[derive(Debug, Args)]
 pub struct BenchArgs {
     /// A suite in data/suites (quick, live, htp, htp-window, smoke), or a TOML file; the flags below override it
-    #[arg(long, value_name = "NAME", default_value = "quick")]
+    ///
+    /// A suite file has the names of the flags as keys (tolerance_px, leg_px and distance_m with their units), lists where
+    /// flags take lists and for group, layers, geomorph, edge_policy, index_store and threads; dem, crop, thin, spacing_m,
+    /// scale and offset_m; and tables. With [[benches]], each a name and the keys in which it differs from the top of the
+    /// file, it is several benches: each has its folder in the results, and the tables at the top are over all of them.
+    #[arg(long, value_name = "NAME", default_value = "quick", verbatim_doc_comment)]
     pub suite: String,
+    /// Of a suite of several benches only these, the optional ones among them too
+    #[arg(long, value_delimiter = ',', value_name = "NAMES")]
+    pub benches: Option<Vec<String>>,
+    /// Puget Sound, for the benches of a suite that fly over the DEM puget
+    #[arg(long, value_name = "FILE", conflicts_with = "dem")]
+    pub puget: Option<String>,
     #[command(flatten)]
     pub dem: DemArgs,
     /// A flight in data/flights (ground-level, low-and-slow, fly-over, turn, stop-and-go), or a TOML file
@@ -286,6 +298,17 @@ pub struct BenchArgs {
 }
 
 impl BenchArgs {
+    /// Refuses `--benches` with a name that the suite does not have.
+    pub fn refuse_benches(&self, known: &[&str]) -> Result<(), Fault> {
+        match self.benches.iter().flatten().find(|name| !known.contains(&name.as_str())) {
+            None => Ok(()),
+            Some(name) if known.is_empty() => {
+                Err(Fault::usage(format!("--benches {name}: the suite has no [[benches]]")))
+            }
+            Some(name) => Err(Fault::usage(format!("--benches {name}: expected of {}", known.join(", ")))),
+        }
+    }
+
     /// How frames and pictures look.
     pub fn look(&self) -> Look {
         let (colour, normals) = (self.colour.map(Colour::from), self.normals.map(Normals::from));

@@ -46,6 +46,9 @@ pub struct Machine<'a> {
     pub fov_y_deg: f64,
     pub near_m: f64,
     pub suite: &'a str,
+    /// Its name in a suite of several benches.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub bench: Option<&'a str>,
     /// The names of the runs' files.
     pub runs: Vec<String>,
     /// What the triangles are coloured by, and where normals are read.
@@ -93,6 +96,7 @@ impl<'a> Machine<'a> {
             fov_y_deg: tidy(bench.path.fov_y().to_degrees()),
             near_m: FlightPath::NEAR_M,
             suite: &bench.suite_name,
+            bench: bench.name.as_deref(),
             runs: bench.runs.iter().map(Run::file_stem).collect(),
             look: format!("{:?}, {:?}", bench.look.colour, bench.look.normals),
             submission: renderer.map(|renderer| format!("{:?}", renderer.submission())),

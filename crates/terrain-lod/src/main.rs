@@ -3,6 +3,7 @@
 mod attempt;
 mod begun;
 mod bench;
+mod benches;
 mod cells;
 mod cells_dem;
 mod cells_file;
@@ -15,6 +16,7 @@ mod cut;
 mod dem;
 mod dem_args;
 mod dry_run;
+mod equal_error;
 mod error_pass;
 mod fault;
 mod frame_times;
@@ -33,6 +35,7 @@ mod pivot;
 mod popping_bins;
 mod prepared;
 mod progress;
+mod record;
 mod repeats;
 mod report;
 mod results;
@@ -43,6 +46,7 @@ mod summary;
 mod summary_file;
 mod synth;
 mod table;
+mod tables;
 
 use std::process::ExitCode;
 

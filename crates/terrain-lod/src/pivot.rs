@@ -9,15 +9,14 @@
 //! values = ["draws_mean"]         # columns of the summary
 //! ```
 //!
-//! Names are those of the summary's columns and of what its column `setting` lists (`k=3`).
+//! Names are those of the summary's columns, of what its column `setting` lists (`k=3`), and `bench`.
 
 use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
-use serde_json::{Map, Value};
 
 use crate::layout::{self, Heading};
-use crate::summary::SummaryRow;
+use crate::record::{Record, distinct, named, validate_columns};
 
 /// One table.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
@@ -33,31 +32,25 @@ pub struct Pivot {
     pub values: Vec<String>,
 }
 
-/// A row of the summary by name, with what `setting` lists as names of their own.
-type Record = BTreeMap<String, Value>;
-
 impl Pivot {
     /// Refuses what would be no table.
     pub fn validate(&self) -> Result<(), String> {
-        let known = record(&SummaryRow::default());
-        let missing = |name: &&String| !known.contains_key(*name);
-        match self.values.iter().find(missing) {
-            Some(name) => Err(format!("table {:?}: {name} is no column of summary.csv", self.title)),
-            None if self.rows.is_empty() || self.values.is_empty() => {
-                Err(format!("table {:?}: expected rows and values", self.title))
-            }
-            None => Ok(()),
+        let refuse = |reason: String| format!("table {:?}: {reason}", self.title);
+        validate_columns(&self.values).map_err(refuse)?;
+        if self.rows.is_empty() || self.values.is_empty() {
+            return Err(refuse("expected rows and values".into()));
         }
+        Ok(())
     }
 
     /// The table as Markdown, with its title. Where several rows of the summary fall together, the first counts.
-    pub fn markdown(&self, rows: &[&SummaryRow]) -> String {
-        let records: Vec<Record> = rows.iter().map(|row| record(row)).filter(|row| self.counts(row)).collect();
+    pub fn markdown(&self, records: &[Record]) -> String {
+        let records: Vec<&Record> = records.iter().filter(|row| self.counts(row)).collect();
         let tops = distinct(records.iter().map(|row| self.top(row)));
         let sides = distinct(records.iter().map(|row| self.side(row)));
         let cell = |side: &[String], top: &str, value: &str| {
             let found = records.iter().find(|row| self.side(row) == side && self.top(row) == top);
-            found.map_or_else(String::new, |row| text(&row[value]))
+            found.map_or_else(String::new, |row| named(row, value))
         };
         let line = |side: &Vec<String>| {
             let cells = tops.iter().flat_map(|top| self.values.iter().map(move |value| cell(side, top, value)));
@@ -69,15 +62,15 @@ impl Pivot {
     }
 
     fn counts(&self, row: &Record) -> bool {
-        self.only.iter().all(|(name, expected)| row.get(name).map(text).as_ref() == Some(expected))
+        self.only.iter().all(|(name, expected)| named(row, name) == *expected)
     }
 
     fn side(&self, row: &Record) -> Vec<String> {
-        self.rows.iter().map(|name| row.get(name).map(text).unwrap_or_default()).collect()
+        self.rows.iter().map(|name| named(row, name)).collect()
     }
 
     fn top(&self, row: &Record) -> String {
-        self.columns.as_ref().and_then(|name| row.get(name)).map(text).unwrap_or_default()
+        self.columns.as_ref().map(|name| named(row, name)).unwrap_or_default()
     }
 
     fn headings(&self, tops: &[String]) -> Vec<Heading> {
@@ -92,47 +85,15 @@ impl Pivot {
     }
 }
 
-fn record(row: &SummaryRow) -> Record {
-    let Ok(Value::Object(columns)) = serde_json::to_value(row) else { unreachable!("a struct becomes an object") };
-    let columns: Map<String, Value> = columns;
-    let settings = row.setting.split(' ').filter_map(|word| word.split_once('='));
-    let settings = settings.map(|(name, value)| (name.to_owned(), Value::from(value)));
-    columns.into_iter().chain(settings).collect()
-}
-
-/// In the order in which they come first.
-fn distinct<T: PartialEq>(all: impl Iterator<Item = T>) -> Vec<T> {
-    all.fold(Vec::new(), |mut seen, one| {
-        if !seen.contains(&one) {
-            seen.push(one);
-        }
-        seen
-    })
-}
-
-/// A value as a reader wants it: of numbers with a fraction, four digits.
-fn text(value: &Value) -> String {
-    match value {
-        Value::Null => String::new(),
-        Value::String(text) => text.clone(),
-        Value::Number(number) if number.is_f64() => digits(number.as_f64().expect("a float")),
-        other => other.to_string(),
-    }
-}
-
-fn digits(number: f64) -> String {
-    let before = if number == 0.0 { 1 } else { number.abs().log10().floor() as i32 + 1 };
-    let decimals = (4 - before).clamp(0, 6) as usize;
-    let text = format!("{number:.decimals$}");
-    if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::record::record;
+    use crate::summary::SummaryRow;
 
-    fn row(setting: &str, draws: f64) -> SummaryRow {
-        SummaryRow { method: "htp".into(), setting: setting.into(), draws_mean: Some(draws), ..Default::default() }
+    fn row(setting: &str, draws: f64) -> Record {
+        let setting = setting.into();
+        record("", &SummaryRow { method: "htp".into(), setting, draws_mean: Some(draws), ..Default::default() })
     }
 
     #[test]
@@ -159,7 +120,7 @@ mod tests {
 | per-patch | 34619 | 30763 |
 | instanced |       |     7 |
 ";
-        assert_eq!(pivot.markdown(&rows.iter().collect::<Vec<_>>()), expected);
+        assert_eq!(pivot.markdown(&rows), expected);
     }
 
     #[test]
@@ -167,10 +128,5 @@ mod tests {
         let pivot = Pivot { rows: vec!["k".into()], values: vec!["draw_mean".into()], ..Default::default() };
         assert_eq!(pivot.validate().unwrap_err(), "table \"\": draw_mean is no column of summary.csv");
         assert!(Pivot::default().validate().is_err());
-    }
-
-    #[test]
-    fn numbers_keep_four_digits() {
-        assert_eq!([0.99891, 12.0, 123_456.7, 0.0, 0.0312345].map(digits), ["0.9989", "12", "123457", "0", "0.03123"]);
     }
 }

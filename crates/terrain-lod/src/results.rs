@@ -34,11 +34,17 @@ impl Results {
 
     /// Makes the folder, its subfolders and the marker.
     pub fn create(folder: &Path) -> Result<Self, Fault> {
+        let results = Self::create_plain(folder)?;
+        results.make_subfolders()?;
+        Ok(results)
+    }
+
+    /// The same without subfolders.
+    pub fn create_plain(folder: &Path) -> Result<Self, Fault> {
         refuse_occupied(folder)?;
         let results = Self::at(folder);
         results.make("")?;
         results.write_text(MARKER, "This run has not finished: do not trust what stands here.\n")?;
-        results.make_subfolders()?;
         Ok(results)
     }
 
@@ -133,7 +139,9 @@ impl Results {
         let marker = self.path(MARKER);
         fs::remove_file(&marker).map_err(|e| Fault::write(&marker, e))?;
         let parts = self.path(PARTS);
-        fs::remove_dir_all(&parts).map_err(|e| Fault::write(&parts, e))?;
+        if parts.exists() {
+            fs::remove_dir_all(&parts).map_err(|e| Fault::write(&parts, e))?;
+        }
         Ok(self.folder)
     }
 }

@@ -1,6 +1,7 @@
 //! What a bench flies: a suite, which is a TOML file, and the flags that override it.
 
 mod bench;
+mod file;
 mod one_or_more;
 
 use std::ops::RangeInclusive;
@@ -9,28 +10,23 @@ use std::path::Path;
 use regex_lite::Regex;
 use serde::{Deserialize, Serialize};
 use terrain_core::Heightmap;
-use terrain_core::source::SourceText;
 use terrain_dem::{Crop, ReadOptions};
 
 use crate::choices::{
     BatchingName, EdgePolicyName, IndexStoreName, LoadingName, MetricName, ScheduleName, SelectorName, TriangulatorName,
 };
 use crate::cli::{BenchArgs, MethodArgs, SubmissionName};
-use crate::fault::{Cause, Fault};
+use crate::equal_error::EqualError;
+use crate::fault::Fault;
 use crate::methods::{MethodName, Run, Settings};
 use crate::pivot::Pivot;
 
 pub use bench::Bench;
+pub use file::{NamedSuite, SuiteFile};
 use one_or_more::one_or_more;
 
-/// The suites in `data/suites`.
-const BUILT_IN: [(&str, &str); 5] = [
-    ("htp", include_str!("../../../data/suites/htp.toml")),
-    ("htp-window", include_str!("../../../data/suites/htp-window.toml")),
-    ("live", include_str!("../../../data/suites/live.toml")),
-    ("quick", include_str!("../../../data/suites/quick.toml")),
-    ("smoke", include_str!("../../../data/suites/smoke.toml")),
-];
+/// The DEM of the TIN's paper, which the user has to bring along.
+const PUGET: &str = "puget";
 
 /// What lengths on the screen can mean anything.
 pub const PIXELS: RangeInclusive<f64> = 1e-6..=1e6;
@@ -55,6 +51,8 @@ pub struct Suite {
     pub description: String,
     /// As `--dem`.
     pub dem: String,
+    /// With the DEM `puget`: what is flown over where `--puget` is not given; without, the bench is left out then.
+    pub stand_in: Option<String>,
     /// As `--crop`: a part of the DEM, of the one that `--dem` names too.
     pub crop: Option<String>,
     /// As `--thin`; likewise.
@@ -139,8 +137,13 @@ pub struct Suite {
     pub aa: bool,
     /// Frames at the start of each flight of the speed pass that are not counted.
     pub warm_up: u32,
-    /// Tables after the one of all runs.
+    /// Tables after the one of all runs; at the top of a file with benches, over the rows of all of them.
     pub tables: Vec<Pivot>,
+    /// What families of runs cost at one measured error; at the top of the file alone.
+    pub equal_error: Vec<EqualError>,
+    /// Several benches, each with a `name` and the fields in which it differs; see [`SuiteFile`]. Empty: the suite is one.
+    #[serde(skip_serializing)]
+    pub benches: Vec<toml::Table>,
 }
 
 impl Default for Suite {
@@ -149,6 +152,7 @@ impl Default for Suite {
         Self {
             description: String::new(),
             dem: "jacksboro".into(),
+            stand_in: None,
             crop: None,
             thin: None,
             spacing_m: None,
@@ -189,30 +193,18 @@ impl Default for Suite {
             aa: false,
             warm_up: 10,
             tables: Vec::new(),
+            equal_error: Vec::new(),
+            benches: Vec::new(),
         }
     }
 }
 
 impl Suite {
-    fn named(name: &str) -> Result<Self, Fault> {
-        let (place, text) = match BUILT_IN.iter().find(|suite| suite.0 == name) {
-            Some((name, text)) => (name.to_string(), text.to_string()),
-            None => {
-                let built_in: Vec<&str> = BUILT_IN.iter().map(|suite| suite.0).collect();
-                let expected = &format!("a suite file, or one of the built-in suites {}", built_in.join(", "));
-                let text = std::fs::read_to_string(name).map_err(|e| Fault::read(Path::new(name), &e, expected))?;
-                (name.into(), text)
-            }
-        };
-        let source = SourceText { name: &place, text: &text };
-        source.parse().map_err(|error| Fault::new(Cause::BadInput, error))
-    }
-
-    /// The suite that the command line names, with the command line's own choices.
-    pub fn from_args(args: &BenchArgs) -> Result<Self, Fault> {
-        let mut suite = Self::named(&args.suite)?;
+    /// Takes the command line's own choices.
+    fn override_with_args(&mut self, args: &BenchArgs) {
+        let suite = self;
         if let Some(dem) = &args.dem.dem {
-            suite = Self { dem: dem.clone(), spacing_m: None, scale: None, offset_m: None, ..suite };
+            suite.fly_over(dem);
         }
         override_with(&mut suite.flight, &args.flight);
         override_with(&mut suite.methods, &args.methods);
@@ -231,13 +223,36 @@ impl Suite {
         override_with(&mut suite.size_px, &args.size);
         override_with(&mut suite.repeats, &args.repeats);
         override_with(&mut suite.max_repeats, &args.max_repeats);
-        suite.filter = args.filter.clone().or(suite.filter);
+        suite.filter = args.filter.clone().or(suite.filter.take());
         suite.until_ci = args.until_ci.or(suite.until_ci);
         suite.aa |= args.aa;
         suite.frames = args.frames.or(suite.frames);
-        suite.tolerance_px = without_repeats(suite.tolerance_px);
+        suite.tolerance_px = without_repeats(&suite.tolerance_px);
         suite.override_settings(&args.method);
-        Ok(suite)
+    }
+
+    /// Another DEM than the suite's own: what the suite says of that does not hold for it.
+    fn fly_over(&mut self, dem: &str) {
+        self.dem = dem.into();
+        (self.spacing_m, self.scale, self.offset_m) = (None, None, None);
+    }
+
+    /// Puts the file of `--puget` in the place of the DEM `puget`, or what stands in for it, and says the latter. What the
+    /// suite says of Puget Sound holds unless the file has a sidecar. An error where there is neither.
+    fn resolve_puget(&mut self, args: &BenchArgs) -> Result<Option<String>, String> {
+        if self.dem != PUGET {
+            return Ok(None);
+        }
+        match (&args.puget, self.stand_in.clone()) {
+            (Some(file), _) if Path::new(file).with_extension("toml").is_file() => self.fly_over(file),
+            (Some(file), _) => self.dem.clone_from(file),
+            (None, None) => return Err("it needs Puget Sound; --puget FILE names it".into()),
+            (None, Some(stand_in)) => {
+                self.fly_over(&stand_in);
+                return Ok(Some(format!("{stand_in} stands in for Puget Sound, which --puget FILE names")));
+            }
+        }
+        Ok(None)
     }
 
     /// Takes the settings that are given on the command line.
@@ -324,11 +339,23 @@ impl Suite {
             return Err(format!("until_ci = {share}; expected {} to {}", SHARES.start(), SHARES.end()));
         }
         self.threads.iter().try_for_each(|threads| within("threads", (*threads).into(), THREADS))?;
-        self.tables.iter().try_for_each(Pivot::validate)
+        self.tables.iter().try_for_each(Pivot::validate)?;
+        self.equal_error.iter().try_for_each(EqualError::validate)
     }
 
     /// One run for each method and each value of its own settings, in the order of the lists.
     pub fn runs(&self) -> Result<Vec<Run>, Fault> {
+        let runs = self.runs_or_none()?;
+        match (&self.filter, runs.is_empty()) {
+            (Some(filter), true) => {
+                Err(Fault::usage(format!("no run matches the filter '{filter}'; --dry-run lists them")))
+            }
+            _ => Ok(runs),
+        }
+    }
+
+    /// The same, where a filter may leave none.
+    fn runs_or_none(&self) -> Result<Vec<Run>, Fault> {
         let filter = self.filter.as_deref().map(parse_filter).transpose()?;
         let asked_for = |run: &Run| filter.as_ref().is_none_or(|filter| filter.is_match(&run.title()));
         let mut runs: Vec<Run> = Vec::new();
@@ -345,12 +372,7 @@ impl Suite {
                 }
             }
         }
-        match (&self.filter, runs.is_empty()) {
-            (Some(filter), true) => {
-                Err(Fault::usage(format!("no run matches the filter '{filter}'; --dry-run lists them")))
-            }
-            _ => Ok(runs),
-        }
+        Ok(runs)
     }
 
     /// The most flights of each run in the speed pass.
@@ -444,7 +466,7 @@ fn with_each_or_none<T: Copy>(all: Vec<Settings>, list: &[T], set: fn(&mut Setti
 }
 
 /// The list with the first of each value.
-fn without_repeats(list: Vec<f64>) -> Vec<f64> {
+fn without_repeats(list: &[f64]) -> Vec<f64> {
     let is_first = |(i, value): &(usize, &f64)| !list[..*i].contains(value);
     list.iter().enumerate().filter(is_first).map(|(_, value)| *value).collect()
 }
@@ -458,6 +480,8 @@ pub fn override_with<T: Clone>(value: &mut T, flag: &Option<T>) {
 
 #[cfg(test)]
 mod tests {
+    use terrain_core::source::SourceText;
+
     use super::*;
 
     fn stems(text: &str) -> Vec<String> {

@@ -7,7 +7,7 @@ use terrain_core::{Flight, FlightPath, View};
 use terrain_dem::{Dem, ReadOptions};
 use terrain_renderer::{Look, Submission};
 
-use super::Suite;
+use super::{NamedSuite, Suite};
 use crate::cells::Cells;
 use crate::cli::BenchArgs;
 use crate::dem;
@@ -30,6 +30,8 @@ fn open_flight(spec: &str) -> Result<Flight, Fault> {
 /// Everything that the passes need, checked.
 pub struct Bench {
     pub suite_name: String,
+    /// Its name in a suite of several.
+    pub name: Option<String>,
     pub suite: Suite,
     pub runs: Vec<Run>,
     pub dem: Dem,
@@ -43,10 +45,10 @@ pub struct Bench {
 }
 
 impl Bench {
-    /// The suite that the command line names.
-    pub fn from_args(args: &BenchArgs) -> Result<Self, Fault> {
-        let bench = Self::new(&args.suite, Suite::from_args(args)?, args.dem.read_options())?;
-        Ok(Self { look: args.look(), ..bench })
+    /// One bench of a suite.
+    pub fn of(suite_name: &str, named: &NamedSuite, args: &BenchArgs) -> Result<Self, Fault> {
+        let bench = Self::new(suite_name, named.suite.clone(), args.dem.read_options())?;
+        Ok(Self { name: named.name.clone(), look: args.look(), ..bench })
     }
 
     /// Reads and checks DEM, flight and settings.
@@ -59,7 +61,8 @@ impl Bench {
         let frames = suite.frames.unwrap_or_else(|| flight.default_frames());
         let path = FlightPath::new(&flight, &dem.heightmap, frames)?;
         Ok(Self {
-            suite_name: suite_stem(suite_name),
+            suite_name: suite_name.into(),
+            name: None,
             runs,
             dem,
             prepared: Prepared::default(),
@@ -92,9 +95,4 @@ impl Bench {
     pub fn view(&self, frame: u32) -> Result<View, Fault> {
         Ok(self.path.view(frame, self.suite.size_px)?)
     }
-}
-
-/// The name of a suite without folder and ending, for folders.
-fn suite_stem(name: &str) -> String {
-    Path::new(name).file_stem().map_or_else(|| name.into(), |stem| stem.to_string_lossy().into_owned())
 }

@@ -1,6 +1,7 @@
 //! The program as a user runs it: arguments in, tables, files, one-line errors and exit codes out.
 
 mod bench;
+mod benches;
 mod cells;
 mod compare;
 mod dem;

@@ -1,0 +1,248 @@
+//! Suite files: one bench, or several by name.
+//!
+//! ```toml
+//! frames = 60                 # for all benches
+//!
+//! [[benches]]
+//! name = "small"              # its folder
+//! dem = "synthetic:257x257:1" # any field of a suite; what it leaves out is that of the file's top
+//!
+//! [[benches]]
+//! name = "large"
+//! dem = "synthetic:4097x4097:1"
+//! optional = true             # flown where --benches names it
+//! ```
+
+use std::path::Path;
+
+use serde::Deserialize;
+use terrain_core::source::SourceText;
+use toml::{Table, Value};
+
+use super::{PUGET, Suite};
+use crate::cli::BenchArgs;
+use crate::equal_error::EqualError;
+use crate::fault::{Cause, Fault};
+use crate::pivot::Pivot;
+
+/// The suites in `data/suites`.
+const BUILT_IN: [(&str, &str); 5] = [
+    ("htp", include_str!("../../../../data/suites/htp.toml")),
+    ("htp-window", include_str!("../../../../data/suites/htp-window.toml")),
+    ("live", include_str!("../../../../data/suites/live.toml")),
+    ("quick", include_str!("../../../../data/suites/quick.toml")),
+    ("smoke", include_str!("../../../../data/suites/smoke.toml")),
+];
+
+/// Keys of a suite's top that its benches do not take over.
+const OF_THE_TOP: [&str; 3] = ["benches", "tables", "equal_error"];
+
+/// What a suite file asks for, with the command line's own choices.
+pub struct SuiteFile {
+    /// The file's name without folder and ending.
+    pub name: String,
+    /// Over the rows of all benches.
+    pub tables: Vec<Pivot>,
+    pub equal_error: Vec<EqualError>,
+    /// What a reader must know: benches that are not flown, DEMs that stand in for others.
+    pub notes: Vec<String>,
+    pub benches: Vec<NamedSuite>,
+}
+
+/// One bench of a suite.
+#[derive(Clone, Debug)]
+pub struct NamedSuite {
+    /// Its folder; `None` for the only one of a file without `[[benches]]`.
+    pub name: Option<String>,
+    pub suite: Suite,
+}
+
+/// What an entry of `[[benches]]` says beside the fields of a suite.
+#[derive(Deserialize)]
+struct Head {
+    name: String,
+    /// Whether it is flown only where `--benches` names it.
+    #[serde(default)]
+    optional: bool,
+}
+
+impl SuiteFile {
+    /// The suite that the command line names.
+    pub fn from_args(args: &BenchArgs) -> Result<Self, Fault> {
+        let (place, text) = find(&args.suite)?;
+        let refuse = |e: &dyn std::fmt::Display| Fault::new(Cause::BadInput, e);
+        let source = SourceText { name: &place, text: &text };
+        let top: Suite = source.parse().map_err(|e| refuse(&e))?;
+        let mut file = Self {
+            name: stem(&args.suite),
+            tables: top.tables.clone(),
+            equal_error: top.equal_error.clone(),
+            notes: Vec::new(),
+            benches: Vec::new(),
+        };
+        if args.puget.is_some() && !names_puget(&top) {
+            return Err(Fault::usage(format!("{place}: no bench flies over Puget Sound; expected --dem, not --puget")));
+        }
+        if top.benches.is_empty() {
+            args.refuse_benches(&[])?;
+            file.take(None, top, args)?;
+            return Ok(file);
+        }
+        let in_file = |reason: String| Fault::new(Cause::BadInput, format_args!("{place}: {reason}"));
+        file.validate_tables().map_err(in_file)?;
+        let table: Table = source.parse().map_err(|e| refuse(&e))?;
+        let benches = benches(&table, &top.benches).map_err(in_file)?;
+        let names: Vec<&str> = benches.iter().map(|(head, _)| head.name.as_str()).collect();
+        args.refuse_benches(&names)?;
+        for (head, suite) in benches {
+            if args.benches.as_ref().map_or(!head.optional, |asked| asked.contains(&head.name)) {
+                file.take(Some(head.name), suite, args)?;
+            }
+        }
+        if file.benches.is_empty() {
+            return Err(Fault::usage(format!("{place}: no bench is left to fly; --dry-run lists what a suite has")));
+        }
+        Ok(file)
+    }
+
+    /// The only bench, if the file has no `[[benches]]`.
+    pub fn single(&self) -> Option<&NamedSuite> {
+        self.benches.first().filter(|bench| bench.name.is_none())
+    }
+
+    fn validate_tables(&self) -> Result<(), String> {
+        self.tables.iter().try_for_each(Pivot::validate)?;
+        self.equal_error.iter().try_for_each(EqualError::validate)
+    }
+
+    /// Adds a bench with the command line's choices, unless nothing of it is to be flown.
+    fn take(&mut self, name: Option<String>, mut suite: Suite, args: &BenchArgs) -> Result<(), Fault> {
+        suite.override_with_args(args);
+        let shown = name.clone().unwrap_or_default();
+        match suite.resolve_puget(args) {
+            Ok(Some(stand_in)) => self.notes.push(format!("{shown}: {stand_in}")),
+            Ok(None) => {}
+            Err(reason) if name.is_some() => {
+                self.notes.push(format!("{shown} is not flown: {reason}"));
+                return Ok(());
+            }
+            Err(reason) => return Err(Fault::usage(reason)),
+        }
+        let of_bench = name.as_ref().map_or_else(String::new, |name| format!("bench {name:?}: "));
+        let refuse = |reason| Fault::new(Cause::BadInput, format_args!("suite {}: {of_bench}{reason}", args.suite));
+        suite.validate().map_err(refuse)?;
+        // Of several benches a filter may leave out some whole.
+        if name.is_some() && suite.filter.is_some() && suite.runs_or_none()?.is_empty() {
+            return Ok(());
+        }
+        self.benches.push(NamedSuite { name, suite });
+        Ok(())
+    }
+}
+
+fn names_puget(top: &Suite) -> bool {
+    let own = top.benches.iter().filter_map(|bench| bench.get("dem")?.as_str());
+    own.chain([top.dem.as_str()]).any(|dem| dem == PUGET)
+}
+
+/// Where a suite comes from, for messages, and its text.
+fn find(name: &str) -> Result<(String, String), Fault> {
+    if let Some((name, text)) = BUILT_IN.iter().find(|suite| suite.0 == name) {
+        return Ok((name.to_string(), text.to_string()));
+    }
+    let built_in: Vec<&str> = BUILT_IN.iter().map(|suite| suite.0).collect();
+    let expected = &format!("a suite file, or one of the built-in suites {}", built_in.join(", "));
+    let text = std::fs::read_to_string(name).map_err(|e| Fault::read(Path::new(name), &e, expected))?;
+    Ok((name.into(), text))
+}
+
+/// The benches of a file with what they take from its top.
+fn benches(top: &Table, benches: &[Table]) -> Result<Vec<(Head, Suite)>, String> {
+    let mut all: Vec<(Head, Suite)> = Vec::new();
+    for (i, bench) in benches.iter().enumerate() {
+        let place = match bench.get("name").and_then(Value::as_str) {
+            Some(name) => format!("bench {name:?}"),
+            None => format!("bench {} of {}", i + 1, benches.len()),
+        };
+        let (head, suite) = merge(top, bench).map_err(|reason| format!("{place}: {reason}"))?;
+        if all.iter().any(|(other, _)| other.name == head.name) {
+            return Err(format!("{place}: the name is taken; expected one of its own"));
+        }
+        all.push((head, suite));
+    }
+    Ok(all)
+}
+
+fn merge(top: &Table, bench: &Table) -> Result<(Head, Suite), String> {
+    if let Some(key) = ["benches", "equal_error"].iter().find(|key| bench.contains_key(**key)) {
+        return Err(format!("{key}; expected at the top of the file"));
+    }
+    let one_line = |e: toml::de::Error| e.to_string().trim().replace('\n', " ");
+    let head: Head = bench.clone().try_into().map_err(one_line)?;
+    if !is_folder_name(&head.name) {
+        return Err("its name is a folder; expected letters, digits, dots, dashes and underscores".into());
+    }
+    let inherited = top.iter().filter(|(key, _)| !OF_THE_TOP.contains(&key.as_str()));
+    let own = bench.iter().filter(|(key, _)| !["name", "optional"].contains(&key.as_str()));
+    let merged: Table = inherited.chain(own).map(|(key, value)| (key.clone(), value.clone())).collect();
+    Ok((head, merged.try_into().map_err(one_line)?))
+}
+
+fn is_folder_name(name: &str) -> bool {
+    let is_plain = |c: char| c.is_ascii_alphanumeric() || "._-".contains(c);
+    !name.is_empty() && !name.starts_with('.') && name.chars().all(is_plain)
+}
+
+/// The name of a suite without folder and ending, for folders.
+pub fn stem(name: &str) -> String {
+    Path::new(name).file_stem().map_or_else(|| name.into(), |stem| stem.to_string_lossy().into_owned())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn parse(text: &str) -> Result<Vec<(Head, Suite)>, String> {
+        let top: Table = text.parse().unwrap();
+        let suite: Suite = top.clone().try_into().unwrap();
+        benches(&top, &suite.benches)
+    }
+
+    #[test]
+    fn a_bench_takes_from_the_top_what_it_leaves_out() {
+        let two = "frames = 7\nk = [2]\n[[benches]]\nname = 'a'\n[[benches]]\nname = 'b'\nframes = 9\noptional = true";
+        let found: Vec<_> = parse(two).unwrap();
+        let found = found.iter().map(|(head, suite)| (&head.name[..], head.optional, suite.frames, suite.k[0]));
+        assert_eq!(found.collect::<Vec<_>>(), [("a", false, Some(7), 2), ("b", true, Some(9), 2)]);
+    }
+
+    #[test]
+    fn what_is_wrong_is_named_by_bench_and_field() {
+        let wrong = [
+            ("name = 'a'\nfrmaes = 3", "bench \"a\": unknown field `frmaes`"),
+            ("name = 'a'\nframes = 'x'", "bench \"a\": invalid type: string \"x\", expected u32 in `frames`"),
+            ("frames = 3", "bench 1 of 1: missing field `name`"),
+            ("name = '../a'", "bench \"../a\": its name is a folder"),
+            ("name = 'a'\n[[benches]]\nname = 'a'", "bench \"a\": the name is taken"),
+            ("name = 'a'\n[[benches.benches]]\nname = 'b'", "bench \"a\": benches; expected at the top"),
+        ];
+        for (bench, expected) in wrong {
+            let refused = parse(&format!("[[benches]]\n{bench}")).err().unwrap();
+            assert!(refused.starts_with(expected) && !refused.contains('\n'), "{refused}");
+        }
+    }
+
+    #[test]
+    fn every_built_in_suite_is_sound() {
+        for (name, text) in BUILT_IN {
+            let suite: Suite = SourceText { name, text }.parse().unwrap();
+            let top: Table = text.parse().unwrap();
+            suite.tables.iter().try_for_each(Pivot::validate).unwrap();
+            suite.equal_error.iter().try_for_each(EqualError::validate).unwrap();
+            for (head, suite) in benches(&top, &suite.benches).unwrap() {
+                suite.validate().unwrap_or_else(|e| panic!("{name}: {}: {e}", head.name));
+                assert!(!suite.runs().unwrap().is_empty());
+            }
+        }
+    }
+}
