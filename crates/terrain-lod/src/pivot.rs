@@ -10,13 +10,24 @@
 //! ```
 //!
 //! Names are those of the summary's columns, of what its column `setting` lists (`k=3`), and `bench`.
+//!
+//! Beside the numbers may stand those of a paper, by row and column, and several series:
+//!
+//! ```toml
+//! series = [{ name = "published", only = { selector = "algorithm1" } }, { name = "ours", only = { selector = "bounded" } }]
+//! [tables.paper.8]                # of the row 8: keys are the columns, or the values where there are no columns
+//! draws_mean = 1200               # then a ratio (ours / paper) follows each number
+//! ```
+//!
+//! Or the first of a kind: `ratio_within = ["bench"]` adds a ratio to the first row of the same bench, and the name
+//! `changed` says in which settings a row differs from that.
 
 use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
 use crate::layout::{self, Heading};
-use crate::record::{Record, distinct, named, validate_columns};
+use crate::record::{Record, digits, distinct, named, number, validate_columns};
 
 /// One table.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
@@ -30,59 +41,163 @@ pub struct Pivot {
     pub rows: Vec<String>,
     pub columns: Option<String>,
     pub values: Vec<String>,
+    /// Neighbouring columns; all rows that count are one series without.
+    pub series: Vec<Series>,
+    /// Published numbers, in the unit of the summary: by what stands at the left, then by column, or by value.
+    pub paper: BTreeMap<String, BTreeMap<String, f64>>,
+    /// Adds ratios to the first row that has the same values of these.
+    pub ratio_within: Vec<String>,
+}
+
+/// Rows of the summary that stand in columns of their own.
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Series {
+    pub name: String,
+    pub only: BTreeMap<String, String>,
+}
+
+/// What stands under one head: a value, for one of [`Pivot::columns`].
+struct Column<'a> {
+    top: String,
+    value: &'a str,
+}
+
+/// A row of the summary that counts, and the first of its kind.
+struct Line<'a> {
+    record: &'a Record,
+    first: &'a Record,
 }
 
 impl Pivot {
     /// Refuses what would be no table.
     pub fn validate(&self) -> Result<(), String> {
-        let refuse = |reason: String| format!("table {:?}: {reason}", self.title);
-        validate_columns(&self.values).map_err(refuse)?;
+        let refuse = |reason: &str| format!("table {:?}: {reason}", self.title);
+        validate_columns(&self.values).map_err(|reason| refuse(&reason))?;
         if self.rows.is_empty() || self.values.is_empty() {
-            return Err(refuse("expected rows and values".into()));
+            return Err(refuse("expected rows and values"));
+        }
+        if !self.paper.is_empty() && self.columns.is_some() && self.values.len() > 1 {
+            return Err(refuse("expected columns or several values beside a paper's numbers, not both"));
+        }
+        if !self.paper.is_empty() && !self.ratio_within.is_empty() {
+            return Err(refuse("expected paper or ratio_within, not both"));
         }
         Ok(())
     }
 
     /// The table as Markdown, with its title. Where several rows of the summary fall together, the first counts.
     pub fn markdown(&self, records: &[Record]) -> String {
-        let records: Vec<&Record> = records.iter().filter(|row| self.counts(row)).collect();
-        let tops = distinct(records.iter().map(|row| self.top(row)));
-        let sides = distinct(records.iter().map(|row| self.side(row)));
-        let cell = |side: &[String], top: &str, value: &str| {
-            let found = records.iter().find(|row| self.side(row) == side && self.top(row) == top);
-            found.map_or_else(String::new, |row| named(row, value))
+        let lines = self.lines(records);
+        let tops = distinct(lines.iter().map(|line| self.top(line)));
+        let columns = tops.iter().flat_map(|top| self.values.iter().map(|value| Column { top: top.clone(), value }));
+        let columns: Vec<Column> = columns.collect();
+        let sides = distinct(lines.iter().map(|line| self.side(line)));
+        let cells = |side: Vec<String>| {
+            let numbers: Vec<String> = columns.iter().flat_map(|column| self.cells(&lines, &side, column)).collect();
+            side.into_iter().chain(numbers).collect()
         };
-        let line = |side: &Vec<String>| {
-            let cells = tops.iter().flat_map(|top| self.values.iter().map(move |value| cell(side, top, value)));
-            side.iter().cloned().chain(cells).collect()
-        };
-        let lines: Vec<Vec<String>> = sides.iter().map(line).collect();
-        let note = if self.note.is_empty() { String::new() } else { format!("{}\n\n", self.note) };
-        format!("### {}\n\n{note}{}", self.title, layout::table(&self.headings(&tops), &lines))
+        let rows: Vec<Vec<String>> = sides.into_iter().map(cells).collect();
+        let note = if self.note.is_empty() { String::new() } else { format!("{}\n\n", self.note.trim()) };
+        format!("### {}\n\n{note}{}", self.title, layout::table(&self.headings(&columns), &rows))
     }
 
-    fn counts(&self, row: &Record) -> bool {
-        self.only.iter().all(|(name, expected)| named(row, name) == *expected)
+    /// The rows that count.
+    fn lines<'a>(&self, records: &'a [Record]) -> Vec<Line<'a>> {
+        let counting: Vec<&Record> = records.iter().filter(|record| has_all(record, &self.only)).collect();
+        let is_alike = |a: &Record, b: &Record| self.ratio_within.iter().all(|name| named(a, name) == named(b, name));
+        let first = |record: &Record| *counting.iter().find(|other| is_alike(other, record)).expect("at least itself");
+        counting.iter().map(|record| Line { record, first: first(record) }).collect()
     }
 
-    fn side(&self, row: &Record) -> Vec<String> {
-        self.rows.iter().map(|name| named(row, name)).collect()
+    fn side(&self, line: &Line) -> Vec<String> {
+        self.rows.iter().map(|name| if name == "changed" { line.changed() } else { named(line.record, name) }).collect()
     }
 
-    fn top(&self, row: &Record) -> String {
-        self.columns.as_ref().map(|name| named(row, name)).unwrap_or_default()
+    fn top(&self, line: &Line) -> String {
+        self.columns.as_ref().map(|name| named(line.record, name)).unwrap_or_default()
     }
 
-    fn headings(&self, tops: &[String]) -> Vec<Heading> {
+    /// The numbers of one row under one head: the paper's, then of each series its own and the ratio.
+    fn cells(&self, lines: &[Line], side: &[String], column: &Column) -> Vec<String> {
+        let key = if self.columns.is_some() { column.top.as_str() } else { column.value };
+        let paper = self.paper.get(&side.join(", ")).and_then(|row| row.get(key)).copied();
+        let mut cells = Vec::new();
+        if !self.paper.is_empty() {
+            cells.push(paper.map_or_else(String::new, digits));
+        }
+        for series in self.all_series() {
+            let is_here = |line: &&Line| self.side(line) == side && self.top(line) == column.top;
+            let found = lines.iter().filter(is_here).find(|line| has_all(line.record, &series.only));
+            cells.push(found.map_or_else(String::new, |line| named(line.record, column.value)));
+            if self.has_ratios() {
+                let base = paper.or_else(|| number(found?.first, column.value));
+                let ratio = found.and_then(|line| Some(number(line.record, column.value)? / base?));
+                cells.push(ratio.filter(|ratio| ratio.is_finite()).map_or_else(String::new, digits));
+            }
+        }
+        cells
+    }
+
+    fn has_ratios(&self) -> bool {
+        !self.paper.is_empty() || !self.ratio_within.is_empty()
+    }
+
+    fn all_series(&self) -> Vec<Series> {
+        if self.series.is_empty() { vec![Series::default()] } else { self.series.clone() }
+    }
+
+    fn headings(&self, columns: &[Column]) -> Vec<Heading> {
         let left = self.rows.iter().map(|name| Heading { text: name.replace('_', " "), right: false });
-        let of_top = |top: &String, value: &String| match &self.columns {
+        let numbers = columns.iter().flat_map(|column| self.heads(column));
+        left.chain(numbers.map(|text| Heading { text, right: true })).collect()
+    }
+
+    /// The heads of what [`Self::cells`] returns: the column stands in the first of them.
+    fn heads(&self, Column { top, value }: &Column) -> Vec<String> {
+        let mut prefix = match &self.columns {
             None => value.replace('_', " "),
             Some(name) if self.values.len() == 1 => format!("{name} {top}"),
             Some(name) => format!("{name} {top}: {}", value.replace('_', " ")),
         };
-        let numbers = tops.iter().flat_map(|top| self.values.iter().map(move |value| of_top(top, value)));
-        left.chain(numbers.map(|text| Heading { text, right: true })).collect()
+        let mut heads = Vec::new();
+        let mut push = |text: &str| {
+            let colon = if prefix.is_empty() || text.is_empty() { "" } else { ": " };
+            heads.push(format!("{}{colon}{text}", std::mem::take(&mut prefix)));
+        };
+        if !self.paper.is_empty() {
+            push("paper");
+        }
+        for series in self.all_series() {
+            push(if series.name.is_empty() && !self.paper.is_empty() { "ours" } else { &series.name });
+            if self.has_ratios() {
+                push("ratio");
+            }
+        }
+        heads
     }
+}
+
+impl Line<'_> {
+    /// The settings that the first of its kind does not have.
+    fn changed(&self) -> String {
+        let setting = |record| [named(record, "method"), named(record, "setting")].join(" ");
+        let (own, first) = (setting(self.record), setting(self.first));
+        let differs = |word: &&str| !first.split(' ').any(|other| other == *word);
+        let words: Vec<&str> = own.split(' ').filter(differs).collect();
+        match words.is_empty() {
+            // What the first has and this has not, such as geomorph or the threads, is a difference too.
+            true if own != first => {
+                format!("without {}", first.split(' ').filter(|w| !own.contains(w)).collect::<Vec<_>>().join(" "))
+            }
+            true => "default".into(),
+            false => words.join(" "),
+        }
+    }
+}
+
+fn has_all(record: &Record, values: &BTreeMap<String, String>) -> bool {
+    values.iter().all(|(name, expected)| named(record, name) == *expected)
 }
 
 #[cfg(test)]
@@ -128,5 +243,56 @@ mod tests {
         let pivot = Pivot { rows: vec!["k".into()], values: vec!["draw_mean".into()], ..Default::default() };
         assert_eq!(pivot.validate().unwrap_err(), "table \"\": draw_mean is no column of summary.csv");
         assert!(Pivot::default().validate().is_err());
+    }
+
+    fn by_k(values: &[&str]) -> Pivot {
+        let values = values.iter().map(|name| name.to_string()).collect();
+        Pivot { title: "T".into(), rows: vec!["k".into()], values, ..Default::default() }
+    }
+
+    #[test]
+    fn a_papers_numbers_stand_beside_each_series_with_ratios() {
+        let rows = [row("k=2 batching=per-patch", 50.0), row("k=2 batching=instanced", 150.0), row("k=3", 7.0)];
+        let series =
+            |name: &str| Series { name: name.into(), only: BTreeMap::from([("batching".into(), name.into())]) };
+        let paper = BTreeMap::from([("2".into(), BTreeMap::from([("draws_mean".into(), 100.0)]))]);
+        let pivot = Pivot { series: vec![series("per-patch"), series("instanced")], paper, ..by_k(&["draws_mean"]) };
+        let expected = "\
+### T
+
+| k  | draws mean: paper | per-patch | ratio | instanced | ratio |
+| -- | ----------------: | --------: | ----: | --------: | ----: |
+| 2  |               100 |        50 |   0.5 |       150 |   1.5 |
+| 3  |                   |           |       |           |       |
+";
+        assert_eq!(pivot.markdown(&rows), expected);
+    }
+
+    #[test]
+    fn ratios_are_to_the_first_of_a_kind_and_changes_are_named() {
+        let rows = [row("k=3 layers=3 threads=2", 10.0), row("k=4 layers=3 threads=2", 5.0), row("k=3 layers=3", 0.0)];
+        let rows = rows.into_iter().chain([row("k=3 layers=3 threads=2", 9.0)]);
+        let mut rows: Vec<Record> = rows.collect();
+        rows[3].insert("bench".into(), "other".into());
+        let names = ["bench", "changed"].map(String::from).to_vec();
+        let pivot = Pivot { ratio_within: vec!["bench".into()], rows: names, ..by_k(&["draws_mean"]) };
+        let text = pivot.markdown(&rows);
+        let lines: Vec<&str> = text.lines().skip(4).collect();
+        assert_eq!(
+            lines,
+            [
+                "|       | default           |         10 |     1 |",
+                "|       | k=4               |          5 |   0.5 |",
+                "|       | without threads=2 |          0 |     0 |",
+                "| other | default           |          9 |     1 |",
+            ]
+        );
+    }
+
+    #[test]
+    fn a_papers_numbers_need_one_key_each() {
+        let paper = BTreeMap::from([("2".into(), BTreeMap::new())]);
+        let both = Pivot { columns: Some("k".into()), paper, ..by_k(&["draws_mean", "error_px_max"]) };
+        assert!(both.validate().unwrap_err().contains("not both"));
     }
 }

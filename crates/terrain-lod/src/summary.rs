@@ -125,6 +125,11 @@ pub struct SummaryRow {
     pub live_unheld_px_max: Option<f64>,
     /// The DEM in memory, the GPU's heights included.
     pub resident_bytes: Option<u64>,
+    /// Of the timed frames of the speed pass that have updates: how long these take in one frame (Bertilsson and Goswami
+    /// 2016, Table 2).
+    pub update_ms_max: Option<f64>,
+    pub update_ms_min: Option<f64>,
+    pub update_ms_mean: Option<f64>,
     pub threads: usize,
     pub submission: String,
     /// Flights in the speed pass.
@@ -267,6 +272,9 @@ pub fn fill_speed(row: &mut SummaryRow, frames: &[SpeedFrame], times: &RepeatTim
     (row.frame_ms_p99_low, row.frame_ms_p99_high) = ends("frame_ms_p99");
     (row.plan_ms_p50_low, row.plan_ms_p50_high) = ends("plan_ms_p50");
     (row.plan_ms_p99_low, row.plan_ms_p99_high) = ends("plan_ms_p99");
+    let updates = sorted(frames.iter().filter(|f| !f.warm_up && f.update_ms > 0.0).map(|f| f.update_ms));
+    (row.update_ms_min, row.update_ms_max) = (updates.first().copied(), updates.last().copied());
+    row.update_ms_mean = mean_of(&updates);
     // Counts are counts, also while warming up: so they compare with the plan's draws.
     row.draw_calls_mean = mean_of(&frames.iter().filter_map(|f| f.draw_calls.map(f64::from)).collect::<Vec<_>>());
 }
@@ -290,6 +298,8 @@ mod tests {
             repeat,
             frame_ms: Some(frame_ms),
             draw_calls: Some(7),
+            // One flight has none.
+            update_ms: frame_ms - 10.0,
             ..SpeedFrame::default()
         };
         let frames = [frame(0, 10.0), frame(1, 30.0), frame(2, 11.0)];
@@ -297,6 +307,8 @@ mod tests {
         fill_speed(&mut row, &frames, &RepeatTimes::of(&frames));
         assert_eq!((row.frame_ms_p50, row.frame_ms_max, row.repeats), (Some(11.0), Some(30.0), 3));
         assert!(row.frame_ms_p50_low < Some(11.0) && row.frame_ms_p50_high > Some(11.0), "{row:?}");
+        let updates = [row.update_ms_min, row.update_ms_mean, row.update_ms_max];
+        assert_eq!(updates, [Some(1.0), Some(10.5), Some(20.0)], "of the frames that have any");
         assert_eq!((row.draw_calls_mean, row.gpu_ms_p50), (Some(7.0), None), "not measured is empty, not zero");
     }
 }
