@@ -189,12 +189,14 @@ impl From<NormalsName> for Normals {
 
 #[derive(Debug, Args)]
 pub struct BenchArgs {
-    /// A suite in data/suites (quick, live, htp, htp-window, smoke), or a TOML file; the flags below override it
+    /// A suite in data/suites (quick, live, htp, htp-window, paper-tin, equal-error, ablation, scaling, smoke), or a TOML file; the flags
+    /// below override it
     ///
     /// A suite file has the names of the flags as keys (tolerance_px, leg_px and distance_m with their units), lists where
-    /// flags take lists and for group, layers, geomorph, edge_policy, index_store and threads; dem, crop, thin, spacing_m,
-    /// scale and offset_m; and tables. With [[benches]], each a name and the keys in which it differs from the top of the
-    /// file, it is several benches: each has its folder in the results, and the tables at the top are over all of them.
+    /// flags take lists and for group, blocks, layers, geomorph, edge_policy, index_store and threads; dem,
+    /// crop, thin, spacing_m, scale and offset_m; and tables. With [[benches]], each a name and the keys in which it differs
+    /// from the top of the file, it is several benches: each has its folder in the results, and the tables at the top are
+    /// over all of them.
     #[arg(long, value_name = "NAME", default_value = "quick", verbatim_doc_comment)]
     pub suite: String,
     /// Of a suite of several benches only these, the optional ones among them too

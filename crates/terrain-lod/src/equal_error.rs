@@ -126,19 +126,29 @@ impl EqualError {
         text
     }
 
-    fn table(&self, rows: &[&EqualErrorRow]) -> String {
+    fn table(&self, all: &[&EqualErrorRow]) -> String {
         let left = ["bench", "method", "family"].map(|text| Heading { text: text.into(), right: false });
         let right = self.errors_px.iter().map(|px| Heading { text: format!("{px} px"), right: true });
         let headings: Vec<Heading> = left.into_iter().chain(right).collect();
-        let line = |rows: &[&EqualErrorRow]| {
-            let names = [&rows[0].bench, &rows[0].method, &rows[0].family].map(String::clone);
+        let line = |of_family: &[&EqualErrorRow]| {
+            let (rows, first) = (of_family, of_family[0]);
+            let names = [first.bench.clone(), first.method.clone(), first.distinctive(all)];
             names.into_iter().chain(rows.iter().map(|row| row.text())).collect()
         };
-        layout::table(&headings, &rows.chunks(self.errors_px.len()).map(line).collect::<Vec<_>>())
+        layout::table(&headings, &all.chunks(self.errors_px.len()).map(line).collect::<Vec<_>>())
     }
 }
 
 impl EqualErrorRow {
+    /// The words of the family that not all families of its method have: the file has all of them.
+    fn distinctive(&self, all: &[&EqualErrorRow]) -> String {
+        let is_common = |word: &&str| {
+            let mut alike = all.iter().filter(|row| row.method == self.method);
+            alike.all(|row| row.family.split(' ').any(|other| other == *word))
+        };
+        self.family.split(' ').filter(|word| !is_common(word)).collect::<Vec<_>>().join(" ")
+    }
+
     fn text(&self) -> String {
         match self.value {
             None => self.state.to_owned(),
@@ -276,7 +286,7 @@ mod tests {
         let table = EqualError { errors_px: vec![1.0, 4.0], measures, costs, ..Default::default() };
         table.validate().unwrap();
         let text = table.markdown(&table.rows(&records));
-        assert!(text.contains("| htp    | metric=distance k=3 |        2000 | <= 1000 |"), "{text}");
-        assert!(text.contains("| htp    | metric=error k=3    | not reached |  <= 700 |"), "{text}");
+        assert!(text.contains("| htp    | metric=distance |        2000 | <= 1000 |"), "{text}");
+        assert!(text.contains("| htp    | metric=error    | not reached |  <= 700 |"), "{text}");
     }
 }

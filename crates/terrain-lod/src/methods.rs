@@ -321,12 +321,13 @@ impl Run {
 
     /// tin's settings that are seldom not the default, where they are not, for [`Self::file_stem`].
     fn rare_tin_settings(&self) -> String {
-        let Settings { group, edge_policy, index_store, threads, .. } = self.settings;
+        let Settings { group, blocks, edge_policy, index_store, threads, .. } = self.settings;
         let group = group.map(|group| format!("-group{group}"));
         let edges = (edge_policy != EdgePolicyName::default()).then(|| format!("-{}-edges", name_of(edge_policy)));
         let store = (index_store != IndexStoreName::default()).then(|| format!("-{}", name_of(index_store)));
         let threads = (threads != 1).then(|| format!("-threads{threads}"));
-        [group, edges, store, threads].into_iter().flatten().collect()
+        let blocks = (!blocks).then(|| "-no-blocks".to_owned());
+        [group, blocks, edges, store, threads].into_iter().flatten().collect()
     }
 
     /// A short unique name for files: letters, digits, dots and dashes.

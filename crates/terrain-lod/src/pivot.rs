@@ -36,8 +36,8 @@ pub struct Pivot {
     pub title: String,
     /// What a reader must know; a line under the title.
     pub note: String,
-    /// The rows of the summary that count: those with all of these values.
-    pub only: BTreeMap<String, String>,
+    /// The rows of the summary that count: those with all of these values; of a list any will do.
+    pub only: BTreeMap<String, Values>,
     pub rows: Vec<String>,
     pub columns: Option<String>,
     pub values: Vec<String>,
@@ -49,12 +49,29 @@ pub struct Pivot {
     pub ratio_within: Vec<String>,
 }
 
+/// What a name may be: one value, or any of several.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+#[serde(untagged)]
+pub enum Values {
+    One(String),
+    Any(Vec<String>),
+}
+
+impl Values {
+    fn contains(&self, value: &str) -> bool {
+        match self {
+            Self::One(one) => one == value,
+            Self::Any(any) => any.iter().any(|one| one == value),
+        }
+    }
+}
+
 /// Rows of the summary that stand in columns of their own.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Series {
     pub name: String,
-    pub only: BTreeMap<String, String>,
+    pub only: BTreeMap<String, Values>,
 }
 
 /// What stands under one head: a value, for one of [`Pivot::columns`].
@@ -196,8 +213,8 @@ impl Line<'_> {
     }
 }
 
-fn has_all(record: &Record, values: &BTreeMap<String, String>) -> bool {
-    values.iter().all(|(name, expected)| named(record, name) == *expected)
+fn has_all(record: &Record, values: &BTreeMap<String, Values>) -> bool {
+    values.iter().all(|(name, expected)| expected.contains(&named(record, name)))
 }
 
 #[cfg(test)]
@@ -221,7 +238,7 @@ mod tests {
         ];
         let pivot = Pivot {
             title: "Draws".into(),
-            only: BTreeMap::from([("metric".into(), "error".into())]),
+            only: BTreeMap::from([("metric".into(), Values::One("error".into()))]),
             rows: vec!["batching".into()],
             columns: Some("k".into()),
             values: vec!["draws_mean".into()],
@@ -253,8 +270,10 @@ mod tests {
     #[test]
     fn a_papers_numbers_stand_beside_each_series_with_ratios() {
         let rows = [row("k=2 batching=per-patch", 50.0), row("k=2 batching=instanced", 150.0), row("k=3", 7.0)];
-        let series =
-            |name: &str| Series { name: name.into(), only: BTreeMap::from([("batching".into(), name.into())]) };
+        let series = |name: &str| Series {
+            name: name.into(),
+            only: BTreeMap::from([("batching".into(), Values::Any(vec![name.into()]))]),
+        };
         let paper = BTreeMap::from([("2".into(), BTreeMap::from([("draws_mean".into(), 100.0)]))]);
         let pivot = Pivot { series: vec![series("per-patch"), series("instanced")], paper, ..by_k(&["draws_mean"]) };
         let expected = "\

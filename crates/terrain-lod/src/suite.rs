@@ -87,7 +87,8 @@ pub struct Suite {
     #[serde(deserialize_with = "one_or_more")]
     pub group: Vec<u32>,
     /// As `--blocks`.
-    pub blocks: bool,
+    #[serde(deserialize_with = "one_or_more")]
+    pub blocks: Vec<bool>,
     /// As `--schedule`.
     pub schedule: Vec<ScheduleName>,
     /// As `--triangulator`.
@@ -169,7 +170,7 @@ impl Default for Suite {
             distance_m: None,
             max_spacing: None,
             group: Vec::new(),
-            blocks: true,
+            blocks: vec![true],
             schedule: vec![ScheduleName::default()],
             triangulator: vec![TriangulatorName::default()],
             index_store: vec![IndexStoreName::default()],
@@ -257,7 +258,7 @@ impl Suite {
 
     /// Takes the settings that are given on the command line.
     pub fn override_settings(&mut self, args: &MethodArgs) {
-        override_with(&mut self.blocks, &args.blocks);
+        override_with(&mut self.blocks, &args.blocks.map(|blocks| vec![blocks]));
         override_with(&mut self.index_store, &args.index_store.map(|store| vec![store]));
         override_with(&mut self.edge_policy, &args.edge_policy.map(|policy| vec![policy]));
         override_with(&mut self.threads, &args.threads.map(|threads| vec![threads]));
@@ -308,6 +309,7 @@ impl Suite {
             ("triangulator", self.triangulator.len()),
             ("index_store", self.index_store.len()),
             ("edge_policy", self.edge_policy.len()),
+            ("blocks", self.blocks.len()),
             ("geomorph", self.geomorph.len()),
             ("threads", self.threads.len()),
         ];
@@ -394,6 +396,7 @@ impl Suite {
         let all = with_each_or_none(all, &self.metric, |settings, name| settings.metric = name);
         let all = with_each_or_none(all, &self.window_mib, |settings, mib| settings.window_mib = mib);
         let all = with_each_or_none(all, &self.group, |settings, group| settings.group = group);
+        let all = with_each(all, &self.blocks, |settings, blocks| settings.blocks = blocks);
         let all = with_each(all, &self.edge_policy, |settings, policy| settings.edge_policy = policy);
         let all = with_each(all, &self.index_store, |settings, store| settings.index_store = store);
         let all = with_each_or_none(all, &self.layers, |settings, layers| settings.layers = layers);
@@ -419,7 +422,7 @@ impl Suite {
             patch: self.patch[0],
             max_spacing: self.max_spacing,
             group: None,
-            blocks: self.blocks,
+            blocks: self.blocks[0],
             schedule: self.schedule[0],
             triangulator: self.triangulator[0],
             index_store: self.index_store[0],

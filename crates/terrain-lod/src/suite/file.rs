@@ -26,11 +26,15 @@ use crate::fault::{Cause, Fault};
 use crate::pivot::Pivot;
 
 /// The suites in `data/suites`.
-const BUILT_IN: [(&str, &str); 5] = [
+const BUILT_IN: [(&str, &str); 9] = [
+    ("ablation", include_str!("../../../../data/suites/ablation.toml")),
+    ("equal-error", include_str!("../../../../data/suites/equal-error.toml")),
     ("htp", include_str!("../../../../data/suites/htp.toml")),
     ("htp-window", include_str!("../../../../data/suites/htp-window.toml")),
     ("live", include_str!("../../../../data/suites/live.toml")),
+    ("paper-tin", include_str!("../../../../data/suites/paper-tin.toml")),
     ("quick", include_str!("../../../../data/suites/quick.toml")),
+    ("scaling", include_str!("../../../../data/suites/scaling.toml")),
     ("smoke", include_str!("../../../../data/suites/smoke.toml")),
 ];
 
