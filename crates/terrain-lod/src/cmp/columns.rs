@@ -30,8 +30,18 @@ pub const ROW_FACTS: [&str; 12] = [
 ];
 
 /// The facts of `machine.json`, by their JSON pointers.
-pub const MACHINE_FACTS: [&str; 9] =
-    ["/cpu", "/cores", "/backend", "/driver", "/profile", "/dem_sha256", "/flight_sha256", "/options/size_px", "/look"];
+pub const MACHINE_FACTS: [&str; 10] = [
+    "/cpu",
+    "/cores",
+    "/backend",
+    "/driver",
+    "/profile",
+    "/dem_sha256",
+    "/flight_sha256",
+    "/options/size_px",
+    "/options/warm_up",
+    "/look",
+];
 
 /// Who the row is, and what says nothing of a method.
 const NO_COUNTERS: [&str; 8] =
