@@ -21,7 +21,11 @@ pub fn run(args: &CmpArgs) -> Result<(), Fault> {
     let pairs = Pairs::of(&a, &b);
     print(&write::text(&pairs, &a, &b, args.format))?;
     match args.fail_on {
-        Some(share) => fail_on(&pairs.comparisons, share),
+        Some(_) if a.rows.len() == pairs.only_in_a.len() => {
+            let message = format!("{} and {} have no run in common; --fail-on needs one", a.name, b.name);
+            Err(Fault::usage(message))
+        }
+        Some(share) => fail_on(&pairs, share),
         None => Ok(()),
     }
 }
@@ -43,13 +47,16 @@ fn refuse_to_mix(a: &Side, b: &Side) -> Result<(), Fault> {
     }
 }
 
-fn fail_on(comparisons: &[Comparison], share: f64) -> Result<(), Fault> {
-    let worse = comparisons.iter().filter(|comparison| is_worse_by(comparison, share)).count();
-    if worse == 0 {
+/// A run that B lacks counts as worse: a method that is not flown any more must not pass. Further runs in B are none.
+fn fail_on(pairs: &Pairs, share: f64) -> Result<(), Fault> {
+    let worse = pairs.comparisons.iter().filter(|comparison| is_worse_by(comparison, share)).count();
+    let missing = pairs.only_in_a.len();
+    if worse == 0 && missing == 0 {
         return Ok(());
     }
-    let message = format!("{worse} numbers are worse by more than {} %; see the table", 100.0 * share);
-    Err(Fault::new(Cause::Regression, message))
+    let percent = 100.0 * share;
+    let message = format!("{worse} numbers are worse by more than {percent} %, {missing} runs are missing in B");
+    Err(Fault::new(Cause::Regression, message + "; see the table"))
 }
 
 /// What was 0 and is not is worse by more than any share.

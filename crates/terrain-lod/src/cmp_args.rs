@@ -15,7 +15,7 @@ pub struct CmpArgs {
     /// What is now
     #[arg(value_name = "B")]
     pub b: PathBuf,
-    /// Exit with code 3 where something is worse by more than this: a counter, or a time beyond noise
+    /// Exit with code 3 where something is worse by more than this (a counter, or a time beyond noise), or B lacks a run
     #[arg(long, value_name = "PERCENT", value_parser = parse_percent)]
     pub fail_on: Option<f64>,
     /// Compare in spite of another adapter, CPU, DEM, flight or build, or of an incomplete bench

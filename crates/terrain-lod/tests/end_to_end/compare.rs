@@ -101,6 +101,29 @@ fn a_regression_has_an_exit_code_of_its_own() {
     assert_eq!(fails_on("0.1%", |summary| slower(&mut summary["rows"][0], 1.01)), 0, "within noise");
 }
 
+/// Found by a review: a method that B had lost passed with "0 worse", and so did two benches without a common run.
+#[test]
+fn runs_that_were_lost_passed() {
+    let place = tempfile::tempdir().unwrap();
+    let lose = |rows: std::ops::Range<usize>| {
+        folders(place.path(), |summary| drop(summary["rows"].as_array_mut().unwrap().drain(rows.clone())));
+        assert_eq!(compare(place.path(), &[]).0, 0, "without --fail-on it is told, not judged");
+        compare(place.path(), &["--fail-on", "5%"])
+    };
+    let (code, text, said) = lose(1..2);
+    assert!(code == 3 && text.ends_with("\nonly in A: htp k=3 1 px\n"), "{text}");
+    let expected = "error: 0 numbers are worse by more than 5 %, 1 runs are missing in B; see the table\n";
+    assert_eq!(said, expected);
+    let (code, _, said) = lose(0..2);
+    assert_eq!((code, said.as_str()), (2, "error: a and b have no run in common; --fail-on needs one\n"));
+    let more = summary()["rows"][0].clone();
+    folders(place.path(), |summary| {
+        summary["rows"].as_array_mut().unwrap().push(more.clone());
+        summary["rows"][2]["method"] = json!("rqt");
+    });
+    assert_eq!(compare(place.path(), &["--fail-on", "5%"]).0, 0, "a further run is no regression");
+}
+
 #[test]
 fn what_does_not_belong_together_is_refused() {
     let place = tempfile::tempdir().unwrap();
