@@ -14,7 +14,7 @@ use crate::progress::Progress;
 use crate::suite::Bench;
 
 /// One frame of the error pass, a row in `frames/*-error.csv`.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Default, Serialize)]
 pub struct ErrorFrame {
     pub frame: u32,
     pub eye_x_m: f64,

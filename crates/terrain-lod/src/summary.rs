@@ -117,12 +117,15 @@ pub struct SummaryRow {
     pub plan_ms_p50_high: Option<f64>,
     pub plan_ms_p99_low: Option<f64>,
     pub plan_ms_p99_high: Option<f64>,
-    /// Of a method that loads cells: share of the frames with stand-ins in view, and by how many pixels the bound is not
-    /// held at worst; of plans that wait for their cells, and live.
+    /// Of a method that loads cells: share of the frames with stand-ins in view, by how many pixels the bound is not held
+    /// at worst, and the frames in which no number of pixels is a bound, which the column before leaves out: infinity is
+    /// no number in JSON. Of plans that wait for their cells, and live.
     pub stand_in_frames_share: Option<f64>,
     pub unheld_px_max: Option<f64>,
+    pub unbounded_frames: Option<u64>,
     pub live_stand_in_frames_share: Option<f64>,
     pub live_unheld_px_max: Option<f64>,
+    pub live_unbounded_frames: Option<u64>,
     /// The DEM in memory, the GPU's heights included.
     pub resident_bytes: Option<u64>,
     /// Of the timed frames of the speed pass that have updates: how long these take in one frame (Bertilsson and Goswami
@@ -207,7 +210,8 @@ pub fn fill_errors(row: &mut SummaryRow, flight: &ErrorFlight, tolerance: usize)
     row.resident_bytes = frames.iter().map(|f| f.resident_bytes).max().filter(|bytes| *bytes > 0);
     if row.resident_bytes.is_some() {
         row.stand_in_frames_share = mean(frames, |f| (f.stand_ins > 0) as u64);
-        row.unheld_px_max = frames.iter().map(|f| f.unheld_px).max_by(f64::total_cmp);
+        let unheld_px = frames.iter().map(|f| f.unheld_px);
+        (row.unheld_px_max, row.unbounded_frames) = (largest_finite(unheld_px.clone()), Some(infinite(unheld_px)));
     }
 }
 
@@ -246,7 +250,9 @@ pub fn fill_live(row: &mut SummaryRow, bench: &Bench, flight: &LiveFlight, toler
     row.late_frames = Some(frames.iter().filter(|f| f.late).count() as u64);
     if row.resident_bytes.is_some() {
         row.live_stand_in_frames_share = mean_of(&all(|f| Some((f.stand_ins > 0).into())));
-        row.live_unheld_px_max = all(|f| Some(f.unheld_px)).last().copied();
+        let unheld_px = frames.iter().map(|f| f.unheld_px);
+        row.live_unheld_px_max = largest_finite(unheld_px.clone());
+        row.live_unbounded_frames = Some(infinite(unheld_px));
     }
 }
 
@@ -288,9 +294,42 @@ fn mean_of(numbers: &[f64]) -> Option<f64> {
     (!numbers.is_empty()).then(|| tidy(numbers.iter().sum::<f64>() / numbers.len() as f64))
 }
 
+fn largest_finite(numbers: impl Iterator<Item = f64>) -> Option<f64> {
+    numbers.filter(|number| number.is_finite()).max_by(f64::total_cmp)
+}
+
+fn infinite(numbers: impl Iterator<Item = f64>) -> u64 {
+    numbers.filter(|number| number.is_infinite()).count() as u64
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+    use terrain_core::error::ErrorDistribution;
+
+    /// Found by a review: JSON has no infinity, so a resumed bench had an empty cell where another one has `inf`.
+    #[test]
+    fn an_infinite_unheld_px_was_lost_in_a_part() {
+        let frame = |unheld_px| ErrorFrame { unheld_px, resident_bytes: 1, ..ErrorFrame::default() };
+        let filled = |unheld_px: &[f64]| {
+            let frames = unheld_px.iter().copied().map(frame).collect();
+            let flight = ErrorFlight {
+                frames,
+                errors: ErrorDistribution::new(&[1.0]),
+                popping: Popping::default(),
+                index_bytes_reserved: 0,
+            };
+            let mut row = SummaryRow::default();
+            fill_errors(&mut row, &flight, 0);
+            row
+        };
+        let row = filled(&[0.0, f64::INFINITY, 2.5, f64::INFINITY]);
+        assert_eq!((row.unheld_px_max, row.unbounded_frames), (Some(2.5), Some(2)));
+        let resumed: SummaryRow = serde_json::from_str(&serde_json::to_string(&row).unwrap()).unwrap();
+        assert_eq!(format!("{resumed:?}"), format!("{row:?}"));
+        let row = filled(&[f64::INFINITY]);
+        assert_eq!((row.unheld_px_max, row.unbounded_frames), (None, Some(1)), "0 would say that the bound is held");
+    }
 
     #[test]
     fn the_largest_frame_is_that_of_all_repeats_and_the_rest_are_medians() {
