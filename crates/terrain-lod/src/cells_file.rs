@@ -117,6 +117,12 @@ impl Partial {
         self.file.write_at(at, bytes).map_err(|e| Fault::write(&self.path, e))
     }
 
+    /// Removes the file: some of it may be of other heights than the next cut will find.
+    pub fn discard(&self) {
+        // If it stays, the next cut compares it height by height.
+        let _ = fs::remove_file(&self.path);
+    }
+
     /// The file takes its name, whole.
     pub fn finish(self) -> Result<(), Fault> {
         // A full disk may show only here, and a rename must never outlive the bytes that it promises.

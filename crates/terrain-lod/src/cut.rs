@@ -50,18 +50,22 @@ fn cut(rows: &Rows, header: CellsHeader, partial: &Path, out: &Path) -> Result<u
     let (all, mut kept) = (header.cells()[1], 0);
     let mut cutter = Cutter::new(header);
     let partial = Partial::begin(partial, out, &cutter)?;
+    let changed = |error: CutError| {
+        partial.discard();
+        Fault::new(Cause::BadInput, error)
+    };
     let progress = Progress::new("cutting", all as u64);
     for_each(rows, &mut |row_m| {
         let Some(row) = cutter.push(row_m) else { return Ok(()) };
         if cutter.has_row(&partial.file, row).unwrap_or(false) {
             kept += 1;
         } else {
-            cutter.cut().iter().try_for_each(|(at, piece)| partial.write_at(*at, piece))?;
+            cutter.cut().map_err(changed)?.iter().try_for_each(|(at, piece)| partial.write_at(*at, piece))?;
         }
         progress.step();
         Ok(())
     })?;
-    cutter.finish().map_err(|error: CutError| Fault::new(Cause::BadInput, error))?;
+    cutter.finish().map_err(changed)?;
     partial.finish()?;
     Ok(kept)
 }

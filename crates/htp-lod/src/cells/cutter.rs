@@ -67,28 +67,42 @@ impl Cutter {
     }
 
     /// Cuts the row of cells that is complete, on the threads of the current pool.
-    pub fn cut(&self) -> [Piece; 2] {
+    ///
+    /// [`CutError::Changed`] if a height is not finite, or none that the format found by the scan can hold.
+    pub fn cut(&self) -> Result<[Piece; 2], CutError> {
         let row = (self.rows - 2) / self.header.cell_side();
-        let cells: Vec<[Cell; 2]> =
-            (0..self.header.cells()[0]).into_par_iter().map(|column| self.cut_cell([column, row])).collect();
-        [0, 1].map(|part| {
+        let columns = (0..self.header.cells()[0]).into_par_iter();
+        let cells: Result<Vec<[Cell; 2]>, CutError> = columns.map(|column| self.cut_cell([column, row])).collect();
+        let cells = cells?;
+        Ok([0, 1].map(|part| {
             let mut bytes = Vec::with_capacity(cells.len() * self.parts[part].record());
             for (column, cell) in cells.iter().enumerate() {
                 self.parts[part].write([column as u32, row], &cell[part], &mut bytes);
             }
             (self.parts[part].offset([0, row]), bytes)
-        })
+        }))
     }
 
-    /// Whether a file has a row of cells of this DEM already, whole.
+    /// Whether a file has the row of cells that is complete already, whole and with the heights of these rows.
+    ///
+    /// Checksums do not tell that: an earlier cut may have read other heights after the same scan. Errors and ranges
+    /// need no look, since they follow from the heights.
     pub fn has_row(&self, source: &dyn CellSource, row: u32) -> Result<bool, CellsError> {
+        for column in 0..self.header.cells()[0] {
+            if !self.has_cell(source, [column, row])? {
+                return Ok(false);
+            }
+        }
+        Ok(true)
+    }
+
+    fn has_cell(&self, source: &dyn CellSource, cell: [u32; 2]) -> Result<bool, CellsError> {
+        let Ok(heightmap) = self.heightmap(cell) else { return Ok(false) };
         for part in &self.parts {
             let mut bytes = vec![0; part.record()];
-            for column in 0..self.header.cells()[0] {
-                source.read_at(part.offset([column, row]), &mut bytes)?;
-                if part.parse([column, row], &bytes).is_err() {
-                    return Ok(false);
-                }
+            source.read_at(part.offset(cell), &mut bytes)?;
+            if !part.parse(cell, &bytes).is_ok_and(|kept| kept.heights == self.codes(&heightmap, part)) {
+                return Ok(false);
             }
         }
         Ok(true)
@@ -106,15 +120,13 @@ impl Cutter {
     }
 
     /// What stays resident of a cell, and what is loaded of it.
-    fn cut_cell(&self, cell: [u32; 2]) -> [Cell; 2] {
+    fn cut_cell(&self, cell: [u32; 2]) -> Result<[Cell; 2], CutError> {
         let header = &self.header;
-        let first = (cell[0] * header.cell_side()) as usize;
-        let row_m = |row: u32| &self.heights_m[row as usize * header.samples[0] as usize + first..];
-        let heightmap = local::heightmap(header, cell, row_m).expect("finite heights");
+        let heightmap = self.heightmap(cell)?;
         let grid = Grid::new(&heightmap, &header.options());
         let errors = ErrorTable::with_step(&heightmap, &grid, header.step_m());
         let levels = [header.streamed..header.layers, 0..header.streamed];
-        [0, 1].map(|part| Cell {
+        Ok([0, 1].map(|part| Cell {
             heights: self.codes(&heightmap, &self.parts[part]),
             ranges_m: levels[part].clone().map(|level| local::ranges_m(header, &grid, level)).collect(),
             errors: levels[part]
@@ -122,7 +134,17 @@ impl Cutter {
                 .filter(|level| *level > 0)
                 .map(|level| self.errors(&grid, &errors, level))
                 .collect(),
-        })
+        }))
+    }
+
+    /// The samples of a cell. A height that has no code would be kept as another, under errors that are its own.
+    fn heightmap(&self, cell: [u32; 2]) -> Result<Heightmap, CutError> {
+        let header = &self.header;
+        let first = (cell[0] * header.cell_side()) as usize;
+        let row_m = |row: u32| &self.heights_m[row as usize * header.samples[0] as usize + first..];
+        let heightmap = local::heightmap(header, cell, row_m).ok_or(CutError::Changed)?;
+        let has_codes = heightmap.heights_m().iter().all(|height_m| codes::holds(header.format, *height_m));
+        if has_codes { Ok(heightmap) } else { Err(CutError::Changed) }
     }
 
     fn codes(&self, heightmap: &Heightmap, part: &Part) -> Vec<u8> {
@@ -161,7 +183,7 @@ pub fn cut_steps(heightmap: &Heightmap, declared: Option<[f64; 2]>, options: &Op
     bytes[..HEADER].copy_from_slice(&cutter.header_bytes());
     for row_m in rows() {
         if cutter.push(row_m).is_some() {
-            for (at, piece) in cutter.cut() {
+            for (at, piece) in cutter.cut().expect("the rows of the scan") {
                 bytes[at as usize..][..piece.len()].copy_from_slice(&piece);
             }
         }

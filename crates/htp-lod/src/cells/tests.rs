@@ -245,12 +245,16 @@ fn cut_into(file: &mut Vec<u8>, heightmap: &Heightmap, shape: &Options, mut rows
             return made;
         }
         (rows_of_cells, made) = (rows_of_cells - 1, made + 1);
-        for (at, piece) in cutter.cut() {
-            file[at as usize..][..piece.len()].copy_from_slice(&piece);
-        }
+        put(file, cutter.cut().unwrap());
     }
     cutter.finish().unwrap();
     made
+}
+
+fn put(file: &mut [u8], pieces: [(u64, Vec<u8>); 2]) {
+    for (at, piece) in pieces {
+        file[at as usize..][..piece.len()].copy_from_slice(&piece);
+    }
 }
 
 #[test]
@@ -287,10 +291,47 @@ fn rows_that_changed_after_the_scan_are_noticed() {
         let mut row_m = heightmap.heights_m()[row * 12..][..12].to_vec();
         row_m[3] += (row == 5) as u32 as f32;
         if cutter.push(&row_m).is_some() {
-            cutter.cut();
+            cutter.cut().unwrap();
         }
     }
     assert_eq!(cutter.finish(), Err(CutError::Changed));
+}
+
+/// Cuts a DEM into its own file again, as if sample 3 of row 5 were another by now.
+fn cut_changed(file: &mut [u8], heightmap: &Heightmap, change: impl Fn(f32) -> f32) -> Result<(), CutError> {
+    let mut cutter = Cutter::new(open(file).unwrap().0.header().clone());
+    for (row, row_m) in heightmap.heights_m().chunks(heightmap.columns() as usize).enumerate() {
+        let mut row_m = row_m.to_vec();
+        if row == 5 {
+            row_m[3] = change(row_m[3]);
+        }
+        if cutter.push(&row_m).is_some() {
+            put(file, cutter.cut()?);
+        }
+    }
+    cutter.finish()
+}
+
+#[test]
+fn a_row_that_was_kept_with_other_heights_is_cut_again() {
+    for is_whole in [true, false] {
+        let (heightmap, shape) = (rough(40, 70, 9, is_whole), options(2, 4));
+        let whole = cut(&heightmap, &shape);
+        let mut file = whole.clone();
+        assert_eq!(cut_changed(&mut file, &heightmap, |height_m| height_m + 1.0), Err(CutError::Changed));
+        assert!(file != whole && read_all(&file).is_ok(), "checksums say nothing");
+        assert_eq!(cut_into(&mut file, &heightmap, &shape, 9), 1);
+        assert!(file == whole);
+    }
+}
+
+#[test]
+fn a_changed_height_without_a_code_is_not_kept_as_its_neighbour() {
+    let heightmap = rough(40, 70, 9, true);
+    let whole = cut(&heightmap, &options(2, 4));
+    let mut file = whole.clone();
+    assert_eq!(cut_changed(&mut file, &heightmap, |height_m| height_m + 0.25), Err(CutError::Changed));
+    assert!(file == whole, "nothing of that row was cut");
 }
 
 struct Broken;
