@@ -326,6 +326,15 @@ fn a_row_that_was_kept_with_other_heights_is_cut_again() {
 }
 
 #[test]
+fn a_nan_that_appears_after_the_scan_does_not_panic() {
+    for is_whole in [true, false] {
+        let heightmap = rough(40, 70, 9, is_whole);
+        let mut file = cut(&heightmap, &options(2, 4));
+        assert_eq!(cut_changed(&mut file, &heightmap, |_| f32::NAN), Err(CutError::Changed));
+    }
+}
+
+#[test]
 fn a_changed_height_without_a_code_is_not_kept_as_its_neighbour() {
     let heightmap = rough(40, 70, 9, true);
     let whole = cut(&heightmap, &options(2, 4));
