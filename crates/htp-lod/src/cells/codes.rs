@@ -10,6 +10,14 @@ pub(super) fn push(format: HeightFormat, height_m: f32, codes: &mut Vec<u8>) {
     }
 }
 
+/// Whether codes have heights at all: only then can they be told apart, and computed with.
+pub(super) fn is_sound(format: HeightFormat) -> bool {
+    match format {
+        HeightFormat::F32 => true,
+        HeightFormat::U16 { scale_m, offset_m } => scale_m.is_finite() && scale_m != 0.0 && offset_m.is_finite(),
+    }
+}
+
 /// Whether a height comes back as it was, bit for bit.
 pub(super) fn holds(format: HeightFormat, height_m: f32) -> bool {
     match format {

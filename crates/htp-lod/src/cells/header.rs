@@ -2,9 +2,9 @@
 
 use terrain_core::{HeightFormat, Heightmap};
 
-use super::CellsHeader;
 use super::file::CellsError;
 use super::scan::check_shape;
+use super::{CellsHeader, codes};
 
 pub(super) const MAGIC: [u8; 8] = *b"htp-cell";
 
@@ -67,6 +67,7 @@ impl CellsHeader {
             && (1..self.layers).contains(&self.streamed)
             && self.samples.iter().all(|side| (2..=Heightmap::MAX_SIDE).contains(side))
             && self.spacing_m.iter().all(|metres| metres.is_finite() && *metres > 0.0)
+            && codes::is_sound(self.format)
             && low.is_finite()
             && high.is_finite()
             && low <= high

@@ -15,10 +15,22 @@ pub(super) fn read(source: &dyn CellSource, header: &CellsHeader) -> Result<Resi
         source.read_at(part.offset([0, row]), &mut bytes)?;
         for (column, bytes) in bytes.chunks(part.record()).enumerate() {
             let cell = [column as u32, row];
-            put(header, &mut resident, cell, &part.parse(cell, bytes)?);
+            let found = part.parse(cell, bytes)?;
+            if !is_sound(header, &found) {
+                return Err(CellsError::damaged(format_args!("resident part, cell ({column}, {row})")));
+            }
+            put(header, &mut resident, cell, &found);
         }
     }
     Ok(resident)
+}
+
+/// Whether heights are finite and ranges ordered, as a cutter writes them: nobody asks after this.
+fn is_sound(header: &CellsHeader, part: &Cell) -> bool {
+    let is_range = |[low, high]: &[f32; 2]| low.is_finite() && high.is_finite() && low <= high;
+    let code = header.format.bytes() as usize;
+    let mut heights_m = part.heights.chunks_exact(code).map(|code| header.format.decode(code));
+    heights_m.all(f32::is_finite) && part.ranges_m.iter().flatten().all(is_range)
 }
 
 /// All that is resident, not yet filled.

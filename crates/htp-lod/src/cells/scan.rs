@@ -66,7 +66,12 @@ impl Scan {
             streamed,
             heights_crc: 0,
         };
-        let formats = declared.into_iter().chain([[1.0, 0.0]]).flat_map(formats_of).collect();
+        let formats = declared
+            .into_iter()
+            .chain([[1.0, 0.0]])
+            .flat_map(formats_of)
+            .filter(|format| codes::is_sound(*format))
+            .collect();
         Ok(Self { header, formats, heights: HeightsCrc::default() })
     }
 

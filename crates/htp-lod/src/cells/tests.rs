@@ -224,6 +224,53 @@ fn refusals_say_what_was_found_and_expected() {
     assert_eq!(refused(&bytes[..bytes.len() - 1]), length);
 }
 
+#[test]
+fn a_header_whose_heights_are_no_numbers_is_refused() {
+    let bytes = cut(&rough(12, 7, 5, true), &options(2, 2));
+    let sound = open(&bytes).unwrap().0.header().clone();
+    let is_refused =
+        |header: CellsHeader| matches!(CellsHeader::parse(&header.to_bytes()), Err(CellsError::Damaged { .. }));
+    assert!(!is_refused(sound.clone()));
+    for [scale_m, offset_m] in
+        [[0.0, 1.0], [f64::NAN, 1.0], [f64::INFINITY, 1.0], [1.0, f64::NAN], [1.0, f64::INFINITY]]
+    {
+        let format = HeightFormat::U16 { scale_m, offset_m };
+        assert!(is_refused(CellsHeader { format, ..sound.clone() }), "{format:?}");
+    }
+    for metres in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+        assert!(is_refused(CellsHeader { spacing_m: [1.0, metres], ..sound.clone() }), "spacing of {metres}");
+    }
+}
+
+#[test]
+fn a_step_of_no_metres_is_not_chosen_by_the_scan() {
+    let mut scan = Scan::new([9, 9], [1.0; 2], Some([0.0, 0.5]), &options(2, 2)).unwrap();
+    (0..9).for_each(|_| scan.push(&[0.5; 9]));
+    assert_eq!(scan.finish().format, HeightFormat::F32);
+}
+
+#[test]
+fn resident_numbers_that_no_cutter_writes_are_refused() {
+    let bytes = cut(&rough(12, 7, 5, false), &options(2, 2));
+    let header = open(&bytes).unwrap().0.header().clone();
+    let part = bytes::Part::resident(&header);
+    let from = part.offset([1, 0]) as usize;
+    let with = |change: &dyn Fn(&mut Cell)| {
+        let (mut changed, mut record) = (bytes.clone(), Vec::new());
+        let mut cell = part.parse([1, 0], &bytes[from..][..part.record()]).unwrap();
+        change(&mut cell);
+        part.write([1, 0], &cell, &mut record);
+        changed[from..][..record.len()].copy_from_slice(&record);
+        open(&changed).map(drop).map_err(|error| error.to_string())
+    };
+    assert_eq!(with(&|_| ()), Ok(()));
+    let expected = "damaged: resident part, cell (1, 0); expected bytes with their checksum: copy or cut it again";
+    for range_m in [[2.0, 1.0], [f32::NAN, 1.0], [0.0, f32::INFINITY]] {
+        assert_eq!(with(&|cell| cell.ranges_m[0][0] = range_m), Err(expected.to_owned()), "{range_m:?}");
+    }
+    assert_eq!(with(&|cell| cell.heights[..4].copy_from_slice(&f32::NAN.to_le_bytes())), Err(expected.to_owned()));
+}
+
 /// The loop of whoever keeps the file, ended after some rows of cells.
 fn cut_into(file: &mut Vec<u8>, heightmap: &Heightmap, shape: &Options, mut rows_of_cells: u32) -> u32 {
     let samples = [heightmap.columns(), heightmap.rows()];
