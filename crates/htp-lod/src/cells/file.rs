@@ -5,7 +5,7 @@ use std::io;
 use std::sync::Arc;
 
 use super::bytes::Part;
-use super::header::{HEADER, MAGIC};
+use super::header::{HEADER, MAGIC, VERSION};
 use super::{Cell, CellsHeader, Resident, codes, local, resident};
 use crate::grid::Grid;
 use crate::options::Options;
@@ -56,7 +56,7 @@ pub enum CellsError {
     #[error("no file of cells; expected one that `terrain-lod dem cells` has written")]
     NoCells,
     /// Cells of another version of this program.
-    #[error("cells of version {found}; expected version 1: cut them again")]
+    #[error("cells of version {found}; expected version {VERSION}: cut them again", VERSION = VERSION)]
     Version {
         /// In the file.
         found: u32,

@@ -9,7 +9,7 @@ use super::{CellsHeader, codes};
 pub(super) const MAGIC: [u8; 8] = *b"htp-cell";
 
 /// Rises whenever the same DEM gets other bytes, or the layout changes.
-const VERSION: u32 = 1;
+pub(super) const VERSION: u32 = 1;
 
 /// Bytes of the header, its checksum included.
 pub(super) const HEADER: usize = 84;
