@@ -1,6 +1,6 @@
 //! Files of cells: where htp-lod, which opens no files, reads and what it cut is written.
 
-use std::fs::{self, File};
+use std::fs::{self, File, TryLockError};
 use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -95,11 +95,7 @@ impl Partial {
     /// Goes on with the file that is there, if it was begun for the same DEM and cells; or else begins anew.
     pub fn begin(path: &Path, out: &Path, cutter: &Cutter) -> Result<Self, Fault> {
         let refuse = |e| Fault::write(path, e);
-        let file = File::options().read(true).write(true).create(true).truncate(false).open(path).map_err(refuse)?;
-        if file.try_lock().is_err() {
-            let message = format_args!("{} is being written by another program; wait for it", path.display());
-            return Err(Fault::new(Cause::Io, message));
-        }
+        let file = open_locked(path)?;
         let partial = Self { file: Placed::new(file), path: path.to_owned(), out: out.to_owned() };
         if !cutter.began(&partial.file) {
             partial.clear(cutter.file_bytes()).map_err(refuse)?;
@@ -131,6 +127,45 @@ impl Partial {
     }
 }
 
+/// Opens a file for one writer. Who held it before may have given it the name `OUT` between opening and locking: it is
+/// no longer ours to write to then, and another takes its place.
+fn open_locked(path: &Path) -> Result<File, Fault> {
+    let refuse = |e| Fault::write(path, e);
+    loop {
+        let file = File::options().read(true).write(true).create(true).truncate(false).open(path).map_err(refuse)?;
+        if is_taken(file.try_lock()) {
+            let message = format_args!("{} is being written by another program; wait for it", path.display());
+            return Err(Fault::new(Cause::Io, message));
+        }
+        if has_name(&file, path).map_err(refuse)? {
+            return Ok(file);
+        }
+    }
+}
+
+/// Where a file system knows no locks, nobody can be kept out: that is no reason to refuse.
+fn is_taken(locked: Result<(), TryLockError>) -> bool {
+    matches!(locked, Err(TryLockError::WouldBlock))
+}
+
+/// Whether the file at a path is this one.
+#[cfg(unix)]
+fn has_name(file: &File, path: &Path) -> io::Result<bool> {
+    use std::os::unix::fs::MetadataExt;
+    let file = file.metadata()?;
+    match path.metadata() {
+        Ok(named) => Ok((named.dev(), named.ino()) == (file.dev(), file.ino())),
+        Err(e) if e.kind() == io::ErrorKind::NotFound => Ok(false),
+        Err(e) => Err(e),
+    }
+}
+
+/// Whether there is a file at a path: which one, the standard library does not say here.
+#[cfg(not(unix))]
+fn has_name(_: &File, path: &Path) -> io::Result<bool> {
+    path.try_exists()
+}
+
 /// `OUT.partial`, in the same folder, so that the rename stays within one file system.
 pub fn partial_of(out: &Path) -> Result<PathBuf, Fault> {
     let Some(name) = out.file_name().filter(|_| !out.is_dir()) else {
@@ -139,4 +174,28 @@ pub fn partial_of(out: &Path) -> Result<PathBuf, Fault> {
     let mut name = name.to_owned();
     name.push(".partial");
     Ok(out.with_file_name(name))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_file_system_without_locks_is_not_another_program() {
+        assert!(!is_taken(Err(TryLockError::Error(io::ErrorKind::Unsupported.into()))));
+        assert!(is_taken(Err(TryLockError::WouldBlock)) && !is_taken(Ok(())));
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_partial_that_was_renamed_before_it_was_locked_is_left_alone() {
+        let place = tempfile::tempdir().unwrap();
+        let [partial, out] = ["a.cells.partial", "a.cells"].map(|name| place.path().join(name));
+        let opened = open_locked(&partial).unwrap();
+        assert!(has_name(&opened, &partial).unwrap());
+        fs::rename(&partial, &out).unwrap();
+        assert!(!has_name(&opened, &partial).unwrap(), "no file has the name");
+        let other = open_locked(&partial).unwrap();
+        assert!(!has_name(&opened, &partial).unwrap() && has_name(&other, &partial).unwrap(), "another has it");
+    }
 }
