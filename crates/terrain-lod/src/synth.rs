@@ -1,7 +1,7 @@
 //! `dem synth`: writes synthetic ground of any size, with some rows of it in memory.
 
-use std::io;
-use std::path::Path;
+use std::path::{Path, PathBuf};
+use std::{fs, io};
 
 use rayon::prelude::*;
 use terrain_dem::synthetic::{Kind, SPACING_M};
@@ -17,6 +17,9 @@ use crate::results::probe_parent;
 /// Metres a step of the values: all heights of all kinds fit 16 bits.
 const SCALE_M: f64 = 0.05;
 
+/// What a sidecar of ours is known by.
+const SOURCE: &str = "source = \"terrain-lod dem synth ";
+
 /// Rows that are made at once, on all threads.
 const BATCH: u32 = 64;
 
@@ -24,6 +27,7 @@ pub fn run(args: &SynthArgs) -> Result<(), Fault> {
     interrupt::listen();
     let ([columns, rows], out) = (args.size, &args.out);
     probe_parent(out)?;
+    refuse_foreign_sidecar(&sidecar_of(out))?;
     let mut source = Rows::new(args);
     match ending(out) {
         Some("png") => write_png16_rows(out, columns, rows, &mut |row| source.fill(row)).map_err(or_interrupted)?,
@@ -56,12 +60,26 @@ fn write_raw(out: &Path, [columns, rows]: [u32; 2], source: &mut Rows) -> Result
     written.map_err(|source| or_interrupted(DemError::Io { action: "write", path: out.to_owned(), source }))
 }
 
+fn sidecar_of(out: &Path) -> PathBuf {
+    out.with_extension("toml")
+}
+
+/// Someone else's words about another file are not to be lost.
+fn refuse_foreign_sidecar(path: &Path) -> Result<(), Fault> {
+    let is_free = match fs::read_to_string(path) {
+        Ok(text) => text.contains(SOURCE),
+        Err(e) => e.kind() == io::ErrorKind::NotFound,
+    };
+    let refused = || Fault::write(path, "it is there, and not by `dem synth`; expected another name, or no such file");
+    if is_free { Ok(()) } else { Err(refused()) }
+}
+
 /// What the numbers mean, for whoever reads them.
 fn write_sidecar(args: &SynthArgs) -> Result<(), Fault> {
-    let (path, [columns, rows]) = (args.out.with_extension("toml"), args.size);
+    let (path, [columns, rows]) = (sidecar_of(&args.out), args.size);
     let kind = clap::ValueEnum::to_possible_value(&args.kind).expect("a name");
     let text = format!(
-        "spacing_m = {SPACING_M:?}\nscale = {SCALE_M:?}\nsource = \"terrain-lod dem synth --size {columns}x{rows} --seed {} \
+        "spacing_m = {SPACING_M:?}\nscale = {SCALE_M:?}\n{SOURCE}--size {columns}x{rows} --seed {} \
          --kind {}\"\n",
         args.seed,
         kind.get_name(),

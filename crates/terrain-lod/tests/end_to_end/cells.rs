@@ -86,6 +86,18 @@ fn synthetic_ground_is_the_same_in_every_file() {
 }
 
 #[test]
+fn a_sidecar_written_by_hand_is_not_overwritten() {
+    let place = folder();
+    let sidecar = place.path().join("b.toml");
+    fs::write(&sidecar, "scale = 2\n").unwrap();
+    let (code, said) = refused(terrain_lod(place.path(), &["dem", "synth", "b.png", "--size", "9x9"]));
+    assert!(code == 6 && said.starts_with("error: cannot write b.toml: it is there, and not by"), "{code}, {said}");
+    assert!(fs::read_to_string(&sidecar).unwrap() == "scale = 2\n" && !place.path().join("b.png").exists());
+    // Its own it replaces.
+    run(place.path(), &["dem", "synth", "a.png", "--size", "9x9"]);
+}
+
+#[test]
 fn a_cut_that_was_ended_goes_on() {
     let place = folder();
     let (place, partial) = (place.path(), place.path().join("a.cells.partial"));
