@@ -47,12 +47,13 @@ impl Sheet {
         index.and_then(|index| self.rows[row].get(index)).unwrap_or_default()
     }
 
-    /// A cell as a finite number.
+    /// A cell as a finite number. `inf`, which a frame says where nothing bounds it, has no place in a chart: `None`.
     pub fn number(&self, row: usize, column: &str) -> Result<Option<f64>, Fault> {
         let text = self.text(row, column);
         match text.parse::<f64>() {
             _ if text.is_empty() => Ok(None),
             Ok(number) if number.is_finite() => Ok(Some(number)),
+            Ok(number) if number.is_infinite() => Ok(None),
             _ => {
                 let line = self.rows[row].position().map_or(0, |position| position.line());
                 let found = format_args!("{}: line {line}: {column} is {text:?}; expected a number", self.place);
@@ -80,6 +81,13 @@ mod tests {
         assert_eq!(sheet.numbers("error_px_max").unwrap(), [Some(1.5), None]);
         assert_eq!(sheet.numbers("popping_px_max").unwrap(), [None, None]);
         assert_eq!(sheet.text(0, "popping_px_max"), "");
+    }
+
+    /// Found by a review: one unbounded frame cost the whole report.
+    #[test]
+    fn an_infinite_frame_was_refused() {
+        let sheet = Sheet::parse("x.csv", b"frame,unheld_px\n0,1.5\n1,inf\n").unwrap();
+        assert_eq!(sheet.numbers("unheld_px").unwrap(), [Some(1.5), None]);
     }
 
     #[test]
