@@ -59,10 +59,14 @@ fn fail_on(pairs: &Pairs, share: f64) -> Result<(), Fault> {
     Err(Fault::new(Cause::Regression, message + "; see the table"))
 }
 
-/// What was 0 and is not is worse by more than any share.
+/// What was 0 and is not is worse by more than any share, and so is a counter that B has lost.
 fn is_worse_by(comparison: &Comparison, share: f64) -> bool {
     let factor = |ratio: f64| if is_better_when_larger(&comparison.measure) { 1.0 / ratio } else { ratio };
-    comparison.verdict == Verdict::Worse && comparison.ratio.is_none_or(|ratio| factor(ratio) > 1.0 + share)
+    match comparison.verdict {
+        Verdict::Worse => comparison.ratio.is_none_or(|ratio| factor(ratio) > 1.0 + share),
+        Verdict::Lost => true,
+        Verdict::Better | Verdict::Same | Verdict::New => false,
+    }
 }
 
 #[cfg(test)]
@@ -76,11 +80,12 @@ mod tests {
 
     #[test]
     fn worse_by_more_goes_by_what_is_better() {
-        use Verdict::{Better, Same, Worse};
+        use Verdict::{Better, Lost, New, Same, Worse};
         let is_worse = |measure, ratio, verdict| is_worse_by(&comparison(measure, ratio, verdict), 0.05);
         assert!(is_worse("draws_mean", Some(1.06), Worse) && !is_worse("draws_mean", Some(1.04), Worse));
         assert!(is_worse("fps_mean", Some(0.9), Worse) && !is_worse("fps_mean", Some(0.97), Worse));
         assert!(!is_worse("frame_ms_p50", Some(1.2), Same), "noise");
         assert!(!is_worse("draws_mean", Some(0.5), Better) && is_worse("cracks", None, Worse));
+        assert!(is_worse("draws_mean", None, Lost) && !is_worse("draws_mean", None, New));
     }
 }

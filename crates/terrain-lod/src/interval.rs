@@ -98,6 +98,10 @@ pub enum Verdict {
     Worse,
     /// Equal, or not different beyond noise.
     Same,
+    /// A has it and B does not.
+    Lost,
+    /// B has it and A does not.
+    New,
 }
 
 impl Verdict {
@@ -106,6 +110,8 @@ impl Verdict {
             Self::Better => "better",
             Self::Worse => "worse",
             Self::Same => "same",
+            Self::Lost => "lost",
+            Self::New => "new",
         }
     }
 }

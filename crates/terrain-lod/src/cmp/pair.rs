@@ -1,11 +1,13 @@
 //! The rows of two benches side by side.
 
+use std::cmp::Ordering;
+
 use super::columns::{TIMES, is_counter};
 use super::side::{Row, Side};
 use crate::compare::{Comparison, Who};
 use crate::interval::Verdict;
 
-/// Every number that both benches have, and the runs that one of them lacks.
+/// The numbers of the runs that both benches have, and the runs that one of them lacks.
 pub struct Pairs {
     pub comparisons: Vec<Comparison>,
     pub only_in_a: Vec<String>,
@@ -44,23 +46,31 @@ fn compare_rows(a: &Row, b: &Row) -> Vec<Comparison> {
     let failed = [a, b].map(|row| f64::from(u8::from(!row.text("err").is_empty())));
     let mut found = Vec::new();
     if failed[0] != failed[1] {
-        found.push(compare_counter(&who, "err", failed));
+        found.extend(compare_counter(&who, "err", failed.map(Some)));
     }
-    let counters = a.columns.keys().filter(|column| is_counter(column));
-    let compare = |column: &String| Some(compare_counter(&who, column, [a.number(column)?, b.number(column)?]));
-    found.extend(counters.filter_map(compare));
+    let counters = a.columns.keys().chain(b.columns.keys().filter(|column| !a.columns.contains_key(*column)));
+    let counters = counters.filter(|column| is_counter(column));
+    let compared = counters.filter_map(|column| compare_counter(&who, column, [a.number(column), b.number(column)]));
+    // Of a run that failed in one bench alone `err` says why numbers are lost.
+    let is_told = |c: &Comparison| failed[0] == failed[1] || !matches!(c.verdict, Verdict::Lost | Verdict::New);
+    found.extend(compared.filter(is_told));
     found.extend(TIMES.iter().filter_map(|time| compare_time(&who, time, a, b)));
     found
 }
 
-/// Of all counters less is better.
-fn compare_counter(who: &Who, column: &str, [a, b]: [f64; 2]) -> Comparison {
-    let verdict = match a.total_cmp(&b) {
-        std::cmp::Ordering::Less => Verdict::Worse,
-        std::cmp::Ordering::Equal => Verdict::Same,
-        std::cmp::Ordering::Greater => Verdict::Better,
+/// Of all counters less is better. `None` where neither bench has it.
+fn compare_counter(who: &Who, column: &str, [a, b]: [Option<f64>; 2]) -> Option<Comparison> {
+    let verdict = match (a, b) {
+        (None, None) => return None,
+        (Some(_), None) => Verdict::Lost,
+        (None, Some(_)) => Verdict::New,
+        (Some(a), Some(b)) => match a.total_cmp(&b) {
+            Ordering::Less => Verdict::Worse,
+            Ordering::Equal => Verdict::Same,
+            Ordering::Greater => Verdict::Better,
+        },
     };
-    who.compare(column, Some(a), Some(b), verdict)
+    Some(who.compare(column, a, b, verdict))
 }
 
 /// By the repeats where both have them, else by the intervals of the columns.

@@ -38,7 +38,14 @@ fn markdown(pairs: &Pairs, a: &Side, b: &Side) -> String {
         text += &(table(&COLUMNS, &shown) + "\n");
     }
     let [worse, better, same] = [Verdict::Worse, Verdict::Better, Verdict::Same].map(|verdict| pairs.count(verdict));
-    text += &format!("{worse} worse, {better} better, {same} same\n");
+    text += &format!("{worse} worse, {better} better, {same} same");
+    for verdict in [Verdict::Lost, Verdict::New] {
+        match pairs.count(verdict) {
+            0 => {}
+            count => text += &format!(", {count} {}", verdict.as_str()),
+        }
+    }
+    text.push('\n');
     for (name, runs) in [("A", &pairs.only_in_a), ("B", &pairs.only_in_b)] {
         runs.iter().for_each(|run| text += &format!("only in {name}: {run}\n"));
     }

@@ -124,6 +124,23 @@ fn runs_that_were_lost_passed() {
     assert_eq!(compare(place.path(), &["--fail-on", "5%"]).0, 0, "a further run is no regression");
 }
 
+/// Found by a review: the row of a counter that one bench lacks was dropped, so that --fail-on could not see it.
+#[test]
+fn counters_of_one_bench_alone_were_dropped() {
+    let place = tempfile::tempdir().unwrap();
+    folders(place.path(), |summary| {
+        summary["rows"][0]["error_px_max"] = Value::Null;
+        summary["rows"][1]["unbounded_frames"] = json!(3);
+    });
+    let (code, text, _) = compare(place.path(), &["--fail-on", "5%"]);
+    assert!(code == 3 && text.ends_with("\n0 worse, 0 better, 7 same, 1 lost, 1 new\n"), "{text}");
+    let (_, text, _) = compare(place.path(), &["--format", "csv"]);
+    assert!(text.contains("tin,k=3,1.0,error_px_max,0.5,,,,,lost\n"), "{text}");
+    assert!(text.contains("htp,k=3,1.0,unbounded_frames,,3.0,,,,new\n"), "{text}");
+    folders(place.path(), |summary| summary["rows"][1]["unbounded_frames"] = json!(3));
+    assert_eq!(compare(place.path(), &["--fail-on", "5%"]).0, 0, "a further counter is no regression");
+}
+
 #[test]
 fn what_does_not_belong_together_is_refused() {
     let place = tempfile::tempdir().unwrap();
