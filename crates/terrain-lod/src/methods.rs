@@ -283,7 +283,7 @@ impl Run {
                 let (edges, schedule) = (name_of(self.settings.edge_policy), name_of(self.settings.schedule));
                 let store = name_of(self.settings.index_store);
                 let jitter = jitter.map_or_else(String::new, |seed| format!(" jitter={seed}"));
-                let smoothing = if smoothing { " smoothing" } else { "" };
+                let smoothing = if smoothing { " smoothing=true" } else { "" };
                 let threads = if threads == 1 { String::new() } else { format!(" threads={threads}") };
                 format!(
                     "selector={selector} patch={patch} {of_selector} triangulator={triangulator} edge-policy={edges} \
@@ -293,7 +293,7 @@ impl Run {
             MethodName::Htp | MethodName::HtpInstanced => {
                 let leg = if self.takes_tolerance() { String::new() } else { format!(" leg-px={leg_px}") };
                 let (metric, batching) = (name_of(self.metric()), name_of(self.batching()));
-                let geomorph = if self.settings.geomorph { " geomorph" } else { "" };
+                let geomorph = if self.settings.geomorph { " geomorph=true" } else { "" };
                 let window = self.settings.window_mib.map_or_else(String::new, |mib| {
                     format!(" window-mib={mib} loading={}", name_of(self.settings.loading))
                 });

@@ -29,6 +29,32 @@ use serde::{Deserialize, Serialize};
 use crate::layout::{self, Heading};
 use crate::record::{Record, digits, distinct, named, number, validate_columns};
 
+/// What the column `setting` lists, of all methods together.
+const SETTINGS: [&str; 22] = [
+    "selector",
+    "patch",
+    "max-spacing",
+    "group",
+    "blocks",
+    "triangulator",
+    "edge-policy",
+    "schedule",
+    "index-store",
+    "jitter",
+    "smoothing",
+    "metric",
+    "leg-px",
+    "k",
+    "layers",
+    "batching",
+    "geomorph",
+    "window-mib",
+    "loading",
+    "step",
+    "distance",
+    "threads",
+];
+
 /// One table.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
@@ -87,12 +113,18 @@ struct Line<'a> {
 }
 
 impl Pivot {
-    /// Refuses what would be no table.
+    /// Refuses what would be no table. A setting that no run of the suite has is none the less a name: the command line may
+    /// choose other methods.
     pub fn validate(&self) -> Result<(), String> {
         let refuse = |reason: &str| format!("table {:?}: {reason}", self.title);
         validate_columns(&self.values).map_err(|reason| refuse(&reason))?;
         if self.rows.is_empty() || self.values.is_empty() {
             return Err(refuse("expected rows and values"));
+        }
+        let is_known = |name: &str| ["bench", "changed"].contains(&name) || SETTINGS.contains(&name);
+        let mut names = self.rows.iter().chain(&self.columns).chain(self.only.keys()).chain(&self.ratio_within);
+        if let Some(name) = names.find(|name| !is_known(name) && validate_columns([*name]).is_err()) {
+            return Err(refuse(&format!("{name} is no column of summary.csv and no setting")));
         }
         if !self.paper.is_empty() && self.columns.is_some() && self.values.len() > 1 {
             return Err(refuse("expected columns or several values beside a paper's numbers, not both"));
@@ -219,8 +251,12 @@ fn has_all(record: &Record, values: &BTreeMap<String, Values>) -> bool {
 
 #[cfg(test)]
 mod tests {
+    use clap::ValueEnum;
+
     use super::*;
+    use crate::methods::MethodName;
     use crate::record::record;
+    use crate::suite::Suite;
     use crate::summary::SummaryRow;
 
     fn row(setting: &str, draws: f64) -> Record {
@@ -260,6 +296,35 @@ mod tests {
         let pivot = Pivot { rows: vec!["k".into()], values: vec!["draw_mean".into()], ..Default::default() };
         assert_eq!(pivot.validate().unwrap_err(), "table \"\": draw_mean is no column of summary.csv");
         assert!(Pivot::default().validate().is_err());
+    }
+
+    /// Found by a review: a misspelt name was an empty column.
+    #[test]
+    fn a_misspelt_setting_was_an_empty_column() {
+        let good = Pivot { rows: vec!["batching".into()], values: vec!["draws_mean".into()], ..Default::default() };
+        let good = Pivot { columns: Some("k".into()), ..good };
+        assert_eq!(good.validate(), Ok(()));
+        let wrong = [
+            Pivot { rows: vec!["k".into(), "batchin".into()], ..good.clone() },
+            Pivot { columns: Some("batchin".into()), ..good.clone() },
+            Pivot { only: BTreeMap::from([("batchin".into(), Values::One("instanced".into()))]), ..good.clone() },
+        ];
+        for pivot in wrong {
+            let expected = "table \"\": batchin is no column of summary.csv and no setting";
+            assert_eq!(pivot.validate().unwrap_err(), expected);
+        }
+    }
+
+    #[test]
+    fn every_word_of_a_setting_is_a_name_that_tables_know() {
+        let all = Suite { methods: MethodName::value_variants().to_vec(), ..Suite::default() };
+        let window = Suite { window_mib: vec![4], methods: vec![MethodName::HtpInstanced], ..Suite::default() };
+        for run in [all, window].iter().flat_map(|suite| suite.runs().unwrap()) {
+            for word in run.setting().split_ascii_whitespace() {
+                let (name, _) = word.split_once('=').unwrap_or_else(|| panic!("{word} has no value"));
+                assert!(SETTINGS.contains(&name), "{name}");
+            }
+        }
     }
 
     fn by_k(values: &[&str]) -> Pivot {

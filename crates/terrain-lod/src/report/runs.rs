@@ -95,7 +95,7 @@ fn words_of(summary: &Sheet, row: usize) -> Vec<String> {
     words
 }
 
-/// `patch=32 smoothing` as names and values; a word alone is its own value.
+/// `patch=32 smoothing=true` as names and values; a word alone, as older folders have it, is its own value.
 pub fn settings(setting: &str) -> impl Iterator<Item = (&str, &str)> {
     setting.split_ascii_whitespace().map(|word| word.split_once('=').unwrap_or((word, word)))
 }

@@ -154,7 +154,7 @@ fn jitter_and_smoothing_are_settings_and_open_no_crack() {
     let papers = ["--methods", "tin", "--selector", "algorithm1", "--triangulator", "delaunator", "--frames", "20"];
     let plain = bench(&papers);
     let rows = bench(&[&papers[..], &["--jitter", "7", "--smoothing"]].concat());
-    assert_eq!(rows[0]["setting"], format!("{} jitter=7 smoothing", plain[0]["setting"]));
+    assert_eq!(rows[0]["setting"], format!("{} jitter=7 smoothing=true", plain[0]["setting"]));
     assert_eq!((rows[0]["cracks"].as_str(), rows[0]["err"].as_str()), ("0", ""), "{rows:?}");
     assert_eq!(rows[0]["triangles_mean"], plain[0]["triangles_mean"], "neither selects other samples");
     assert_ne!(rows[0]["error_px_rms"], plain[0]["error_px_rms"]);
