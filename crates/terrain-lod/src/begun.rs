@@ -14,7 +14,8 @@ use crate::fault::{Cause, Fault};
 use crate::machine::Machine;
 use crate::results::Results;
 
-/// Facts that may differ between two sittings of one bench.
+/// Facts that may differ between two sittings of one bench. `dirty`, since results in the checkout make it so: whether the
+/// program is the same is what `program_sha256` says.
 const MAY_DIFFER: [&str; 6] = ["utc", "command", "load_average", "memory_mib", "resumed", "dirty"];
 /// Flags beside `--resume` that say nothing of the settings: xtask adds `--no-gpu` where there is no adapter.
 const NEUTRAL: [&str; 2] = ["--dry-run", "--no-gpu"];

@@ -32,6 +32,8 @@ pub struct Machine<'a> {
     pub profile: &'static str,
     pub commit: Option<String>,
     pub dirty: Option<bool>,
+    /// Of the executable: two of one commit differ where its checkout was modified.
+    pub program_sha256: Option<String>,
     pub dem: &'a str,
     pub dem_source: Option<&'a str>,
     pub dem_licence: Option<&'a str>,
@@ -82,6 +84,7 @@ impl<'a> Machine<'a> {
             profile: if cfg!(debug_assertions) { "debug" } else { "release" },
             dirty: commit.as_ref().and_then(|_| git(&["status", "--porcelain"])).map(|changes| !changes.is_empty()),
             commit,
+            program_sha256: program_checksum(),
             dem: &bench.dem.name,
             dem_source: bench.dem.source.as_deref(),
             dem_licence: bench.dem.licence.as_deref(),
@@ -114,6 +117,12 @@ fn cpu_name(system: Option<&System>) -> String {
 fn git(arguments: &[&str]) -> Option<String> {
     let output = Command::new("git").current_dir(env!("CARGO_MANIFEST_DIR")).args(arguments).output().ok()?;
     output.status.success().then(|| String::from_utf8_lossy(&output.stdout).trim().to_string())
+}
+
+/// SHA-256 over this executable; nothing where it cannot be read.
+fn program_checksum() -> Option<String> {
+    let program = std::fs::read(std::env::current_exe().ok()?).ok()?;
+    Some(hex(&Sha256::digest(&program)))
 }
 
 /// SHA-256 over size, spacing and heights: of what was measured, whatever file it came from.

@@ -161,6 +161,20 @@ fn another_bench_is_refused_in_one_line() {
     assert_eq!(refuse(&["--resume", "results"]), "error: results: complete; there is nothing to resume\n");
 }
 
+/// Found by a review: a changed checkout has the same commit, and `dirty` may differ.
+#[test]
+fn a_bench_went_on_with_a_modified_program() {
+    let place = interrupted();
+    let file = place.path().join("results/machine.json");
+    let mut machine: serde_json::Value = serde_json::from_slice(&std::fs::read(&file).unwrap()).unwrap();
+    assert_eq!(machine["program_sha256"].as_str().map(str::len), Some(64));
+    machine["program_sha256"] = "01".into();
+    std::fs::write(&file, machine.to_string()).unwrap();
+    let output = terrain_lod(place.path(), &["bench", "--resume", "results"]);
+    let said = String::from_utf8(output.stderr).unwrap();
+    assert!(output.status.code() == Some(2) && said.contains("begun with program_sha256 \"01\", now "), "{said}");
+}
+
 /// Ctrl-C in a bench: it ends with 130, marked, and goes on.
 #[cfg(unix)]
 #[test]
