@@ -1,176 +1,355 @@
 //! What must be split beside what the metric asks for: neighbours differ by one level at most, across cells too
 //! (section 2.2), and no matching block is too bad.
 //!
-//! Level by level from the finest up. At the sides of the split patches of a level, beyond which nothing is split:
+//! What is split on a level follows from the wishes there and from what is split one level below, whatever the order of
+//! work. Levels are closed from the finest up, each in two parts:
 //!
-//! - *Restriction*: where a child along such a side is split itself, its neighbour would be two levels coarser. The
-//!   patch beyond the side is split.
-//! - *Repair* (not in the paper): where the block of a child along such a side is too bad, the patch beyond is split,
-//!   so that the side is no longer collapsed; of two sides, the one without which the block's error is smaller. To
-//!   split the child would not help: a child is finer than what its block has to match.
+//! - *Restriction* makes the level's *base*: the wishes, and each patch X one of whose sides is touched, from outside,
+//!   by a patch of the level below that is split. If X were not split, that one's children would meet a neighbour that
+//!   is two levels coarser. All patches that are split below have their parents in the base: each lies in a wish, or
+//!   hangs together with one over split patches of its own level, and where these leave a parent they touch its side.
+//! - *Repair* (not in the paper) goes in rounds. A patch is judged once, when it has come in, by what is split then:
+//!   where the block of a child along a side is too bad, and nothing is split beyond, the patch beyond is wanted; of two
+//!   sides, the one without which the block's error is smaller. Round 0 judges the base; all that it wants comes in
+//!   together and is judged in round 1, and so on. To split the child would not help: a child is finer than what its
+//!   block has to match. Later rounds only make blocks better (`errors`).
+//!
+//! ```text
+//!   +---------+---------+---------+---------+    W wish       w its child, split below: touches the side of B
+//!   |    C    |    W   w|    B    |    D    |    B base, by restriction
+//!   |    2    |    0    |    0    |    1    |    D wanted in round 0 for a block of B, judged in round 1
+//!   +---------+---------+---------+---------+    C wanted in round 1 by another patch that came in with D
+//! ```
+//!
+//! So a change spreads no farther than to the neighbours of what has changed, level by level up, but for rounds from 1
+//! on. Those are rare: about one split patch in 500 comes from repair, and they are made anew wherever the level has
+//! changed. A view judges only patches of which a neighbour or child has changed, or whose deadline has passed.
 //!
 //! Of a DEM that is streamed, what the restriction asks for may always be split (`window`). What the repair asks for may
 //! not: then the block stays as it is, and is noted.
-//!
-//! What is split so only makes blocks better, and has children that are fine (`errors`), so one pass up the levels is
-//! enough; inside a level a list grows while it is worked off. The order of the list is fixed, and with it the result.
 
-use crate::border::{Border, BorderChild, sides_of};
-use crate::checks::{Checks, Verdicts};
+use crate::blocks::Side;
+use crate::border::{Border, sides_of};
+use crate::deadlines::{self, Deadlines};
 use crate::grid::{BOTH_HALVES, Grid, Half, Patch, Square};
-use crate::levels::Split;
+use crate::repair::{DeniedBlock, Repair, Verdict, Wants};
 use crate::rule::Rule;
-use terrain_core::odometer::Odometer;
+use crate::split::Split;
+use crate::wishes::Wishes;
+use std::collections::BTreeMap;
+use terrain_core::odometer::{NEVER, Odometer};
 
-/// The pass up the levels, and the decisions that it has made.
+/// Bytes of [`Closure`] for one square.
+pub(crate) const BYTES_A_SQUARE: u64 = deadlines::BYTES_A_SQUARE;
+
+/// To follow one square's change takes about as long as to close anew around so many patches with coarser sides.
+const FLIP_COST: usize = 32;
+
+/// Closes levels, and knows what of it holds how long.
 pub(crate) struct Closure {
     border: Border,
-    /// Split patches of the level in work that have coarser sides, or had.
-    list: Vec<Patch>,
-    checks: Checks,
-    verdicts: Verdicts,
+    /// From level 0, which has nothing to split.
+    levels: Vec<Level>,
+    /// Patches with coarser sides when all was closed anew.
+    frontier: usize,
+    /// How many of them take as long as to follow one flip.
+    flip_cost: usize,
+}
+
+/// What is known of a level.
+struct Level {
+    /// Of the patches of the base.
+    deadlines: Deadlines,
+    /// What patches of the base want, by place in the level.
+    wants: BTreeMap<u32, Wants>,
+    /// What repair has split.
+    forced: Vec<Patch>,
+    /// Of the patches that repair has split.
+    later: Later,
+}
+
+/// What rounds from 1 on have come to.
+struct Later {
+    deadline_m: f64,
     denied: Vec<DeniedBlock>,
 }
 
-/// A block that is too bad and stays so, since the patch beyond one of its sides may not be split.
-pub(crate) struct DeniedBlock {
+/// Halves of a square that were split or merged.
+#[derive(Clone, Copy)]
+pub(crate) struct Change {
     pub square: Square,
-    /// In steps.
-    pub error: u16,
+    pub halves: u8,
+}
+
+impl Change {
+    /// The patches.
+    pub fn patches(self) -> impl Iterator<Item = Patch> {
+        Half::BOTH.into_iter().filter(move |half| self.halves & half.bit() != 0).map(move |half| self.square.half(half))
+    }
+
+    /// Those beyond their sides.
+    pub fn beyond(self, grid: &Grid) -> impl Iterator<Item = Patch> {
+        self.patches().flat_map(move |patch| Side::ALL.map(|side| grid.neighbour(patch, side))).flatten()
+    }
 }
 
 impl Closure {
     pub fn new(grid: &Grid) -> Self {
-        let (checks, verdicts) = (Checks::default(), Verdicts::default());
-        Self { border: Border::new(grid), list: Vec::new(), checks, verdicts, denied: Vec::new() }
+        let places = |level: u32| if level == 0 { 0 } else { 2 * grid.layers[level as usize].squares_stored() };
+        let levels = (0..=grid.top()).map(|level| Level::new(places(level))).collect();
+        Self { border: Border::new(grid), levels, frontier: 0, flip_cost: FLIP_COST }
     }
 
-    /// The blocks that the last pass has left too bad.
-    pub fn denied(&self) -> &[DeniedBlock] {
-        &self.denied
+    /// The blocks that are left too bad.
+    pub fn denied(&self) -> impl Iterator<Item = &DeniedBlock> {
+        self.levels
+            .iter()
+            .flat_map(|level| level.wants.values().flat_map(|wants| &wants.denied).chain(&level.later.denied))
     }
 
-    pub fn has_denied(&self) -> bool {
-        !self.denied.is_empty()
+    /// Whether it takes less time to close all anew than to follow what has flipped.
+    pub fn is_cheaper_anew(&self, wishes: &Wishes) -> bool {
+        self.flip_cost * wishes.flipped().iter().map(Vec::len).sum::<usize>() > self.frontier
     }
 
-    /// Compares all anew in the next pass.
-    pub fn expire(&mut self) {
-        self.verdicts.forget();
+    /// Follows whatever has flipped.
+    #[cfg(test)]
+    pub fn never_anew(&mut self) {
+        self.flip_cost = 0;
     }
 
-    /// Splits whatever is needed; repairs where there is a rule that knows errors.
-    pub fn close(&mut self, grid: &Grid, split: &mut Split, rule: Option<(&Rule, &Odometer)>) {
-        self.checks.clear();
-        self.denied.clear();
-        self.verdicts.begin();
-        for level in 1..=grid.top() {
-            self.list.clear();
-            split.frontier(grid, level, &mut self.list);
-            if level > 1 {
-                self.restrict(grid, split);
+    /// Splits whatever is needed, from nothing; repairs where there is a rule that knows errors.
+    pub fn close(&mut self, grid: &Grid, wishes: &Wishes, split: &mut Split, rule: Option<(&Rule, &Odometer)>) {
+        let Self { border, levels, frontier, .. } = self;
+        let rule = rule.filter(|(rule, _)| rule.errors().is_some());
+        let repair = rule.map(|(rule, odometer)| Repair { rule, odometer, border });
+        *frontier = 0;
+        let mut list = Vec::new();
+        for (number, level) in levels.iter_mut().enumerate().skip(1) {
+            split.0[number].copy_from_slice(&wishes.halves()[number]);
+            level.clear();
+            list.clear();
+            split.frontier(grid, number as u32, &mut list);
+            if number > 1 {
+                restrict(grid, border, split, &mut list);
             }
-            if let Some((rule, odometer)) = rule.filter(|(rule, _)| rule.errors().is_some()) {
-                self.repair(rule, odometer, split);
-            }
-        }
-    }
-
-    /// Whether a pass for the same wishes would still take the same course.
-    pub fn still_holds(&mut self, rule: &Rule, odometer: &Odometer) -> bool {
-        self.checks.still_hold(rule, odometer)
-    }
-
-    fn restrict(&mut self, grid: &Grid, split: &mut Split) {
-        let mut next = 0;
-        while let Some(parent) = self.list.get(next).copied() {
-            next += 1;
-            for side in sides_of(split.coarser_sides(grid, parent)) {
-                let mut children = self.border.touching(grid, parent, side.bit());
-                if children.any(|(_, child)| split.contains(grid, child)) {
-                    let beyond = grid.neighbour(parent, side).expect("a coarser side has a neighbour");
-                    force(grid, split, beyond, &mut self.list);
-                }
+            *frontier += list.len();
+            if let Some(repair) = &repair {
+                list.iter().for_each(|parent| level.judge(repair, split, *parent));
+                level.run_rounds(repair, &mut Draft::new(grid, split));
             }
         }
     }
 
-    fn repair(&mut self, rule: &Rule, odometer: &Odometer, split: &mut Split) {
-        let Self { border, list, checks, verdicts, denied } = self;
-        let mut next = 0;
-        while let Some(parent) = list.get(next).copied() {
-            next += 1;
-            let mut coarser = split.coarser_sides(rule.grid, parent);
-            if coarser == 0 || verdicts.all_fine(rule, odometer, border, parent, coarser, checks) {
-                continue;
+    /// Follows what has changed since. `reopened` says that more or less may be split than before. Returns what is
+    /// split or merged by it.
+    pub fn follow(
+        &mut self,
+        rule: &Rule,
+        odometer: &Odometer,
+        wishes: &Wishes,
+        split: &mut Split,
+        reopened: bool,
+    ) -> Vec<Change> {
+        let repair = Repair { rule, odometer, border: &self.border };
+        let (mut changes, mut below) = (Vec::new(), 0..0);
+        for (number, level) in self.levels.iter_mut().enumerate().skip(1) {
+            let due = level.due(odometer, reopened);
+            let is_same = below.is_empty() && wishes.flipped()[number].is_empty();
+            let start = changes.len();
+            if !is_same || !due.is_empty() || odometer.has_passed(level.later.deadline_m) {
+                let level_below = &changes[below];
+                let found = level.follow(&repair, wishes, split, (number as u32, level_below), due);
+                changes.extend(found);
             }
-            for (child, patch) in border.touching(rule.grid, parent, coarser) {
-                if !split.contains(rule.grid, patch) {
-                    let leaf = Leaf { parent, child, square: patch.square };
-                    let kept = leaf.tolerable_sides(rule, odometer, coarser & child.touched, checks);
-                    for side in sides_of(coarser & child.touched & !kept) {
-                        let beyond = rule.grid.neighbour(parent, side).expect("a coarser side has a neighbour");
-                        if rule.grid.may_split(beyond.square) {
-                            force(rule.grid, split, beyond, list);
-                            coarser &= !side.bit();
-                        }
-                    }
-                    denied.extend(leaf.denied(rule, coarser & child.touched, kept));
-                }
+            below = start..changes.len();
+        }
+        changes
+    }
+}
+
+impl Level {
+    fn new(places: usize) -> Self {
+        let later = Later { deadline_m: NEVER, denied: Vec::new() };
+        Self { deadlines: Deadlines::new(places), wants: BTreeMap::new(), forced: Vec::new(), later }
+    }
+
+    fn clear(&mut self) {
+        self.deadlines.clear();
+        self.wants.clear();
+        self.forced.clear();
+        self.later = Later { deadline_m: NEVER, denied: Vec::new() };
+    }
+
+    /// The places of the patches to judge though nothing around them has changed.
+    fn due(&mut self, odometer: &Odometer, reopened: bool) -> Vec<u32> {
+        let mut due = Vec::new();
+        self.deadlines.take_passed(odometer, &mut due);
+        if reopened {
+            due.extend(self.wants.keys()); // who wants nothing does not ask what may be split
+        }
+        due
+    }
+
+    /// Follows what has changed on the level below, in the wishes and for those that are due.
+    fn follow(
+        &mut self,
+        repair: &Repair,
+        wishes: &Wishes,
+        split: &mut Split,
+        (number, below): (u32, &[Change]),
+        mut due: Vec<u32>,
+    ) -> Vec<Change> {
+        let grid = repair.rule.grid;
+        let mut draft = Draft::new(grid, split);
+        self.forced.drain(..).for_each(|patch| draft.merge(patch));
+        let base = rebase(repair.border, wishes, &mut draft, number, below);
+        if repair.rule.errors().is_some() {
+            let parents = below.iter().flat_map(|change| change.patches()).filter_map(|child| grid.parent(child));
+            let around = base.iter().flat_map(|change| change.patches().chain(change.beyond(grid)));
+            due.extend(parents.chain(around).map(|patch| grid.place_in_level(patch)));
+            due.sort_unstable();
+            due.dedup();
+            due.iter().for_each(|place| self.judge(repair, draft.split, grid.patch_at(number, *place)));
+            self.run_rounds(repair, &mut draft);
+        }
+        draft.changes()
+    }
+
+    /// Round 0 for one patch, with the base split and nothing else.
+    fn judge(&mut self, repair: &Repair, split: &Split, parent: Patch) {
+        let Verdict { deadline_m, wants } = repair.judge(split, parent);
+        let place = repair.rule.grid.place_in_level(parent);
+        self.deadlines.set(place, deadline_m);
+        if !wants.is_empty() {
+            self.wants.insert(place, wants);
+        } else if !self.wants.is_empty() {
+            self.wants.remove(&place);
+        }
+    }
+
+    /// Splits what the base wants, and what that wants in turn.
+    fn run_rounds(&mut self, repair: &Repair, draft: &mut Draft) {
+        self.later = Later { deadline_m: NEVER, denied: Vec::new() };
+        let mut wanted: Vec<Patch> = self.wants.values().flat_map(|wants| &wants.split).copied().collect();
+        while !wanted.is_empty() {
+            let first = self.forced.len();
+            wanted.drain(..).for_each(|patch| self.forced.extend(draft.force(patch)));
+            for parent in &self.forced[first..] {
+                let Verdict { deadline_m, wants } = repair.judge(draft.split, *parent);
+                self.later.deadline_m = self.later.deadline_m.min(deadline_m);
+                self.later.denied.extend(wants.denied);
+                wanted.extend(wants.split);
             }
         }
     }
 }
 
-/// Splits a patch.
+/// The split patches while a level is followed, and what was split before in the squares that were touched.
+struct Draft<'a> {
+    grid: &'a Grid,
+    split: &'a mut Split,
+    /// The first entry of a square counts.
+    before: Vec<(Square, u8)>,
+}
+
+impl<'a> Draft<'a> {
+    fn new(grid: &'a Grid, split: &'a mut Split) -> Self {
+        Self { grid, split, before: Vec::new() }
+    }
+
+    /// Returns the halves that were there.
+    fn replace(&mut self, square: Square, halves: u8) -> u8 {
+        debug_assert!(self.grid.is_stored(square), "nothing is kept of {square:?}");
+        let before = self.split.replace(self.grid, square, halves);
+        self.before.push((square, before));
+        before
+    }
+
+    fn merge(&mut self, patch: Patch) {
+        let halves = self.split.halves(self.grid, patch.square);
+        self.replace(patch.square, halves & !patch.half.bit());
+    }
+
+    /// Splits a patch; returns those that were not yet split.
+    fn force(&mut self, patch: Patch) -> impl Iterator<Item = Patch> + use<> {
+        let square = patch.square;
+        let halves = together(self.grid, square, patch.half.bit()) & !self.split.halves(self.grid, square);
+        if halves != 0 {
+            let now = self.split.halves(self.grid, square) | halves;
+            self.replace(square, now);
+        }
+        Change { square, halves }.patches()
+    }
+
+    /// What is different in the end.
+    fn changes(mut self) -> Vec<Change> {
+        self.before.sort_by_key(|(square, _)| self.grid.index(*square));
+        self.before.dedup_by_key(|(square, _)| *square);
+        let change = |(square, before): &(Square, u8)| Change {
+            square: *square,
+            halves: before ^ self.split.halves(self.grid, *square),
+        };
+        self.before.iter().map(change).filter(|change| change.halves != 0).collect()
+    }
+}
+
+/// The halves that are split with others.
 ///
 /// Deviation: a square that crosses the DEM's rim splits both halves together, so that a hypotenuse is never collapsed
 /// there. Otherwise the collapsed edge, clamped, would cut across the DEM while the clamped inner row lies beyond it,
 /// and triangles would fold over.
-fn force(grid: &Grid, split: &mut Split, patch: Patch, list: &mut Vec<Patch>) {
-    debug_assert!(grid.may_split(patch.square), "{patch:?} must be split and may not");
-    let halves = if grid.crosses_rim(patch.square) { BOTH_HALVES } else { patch.half.bit() };
-    let added = split.insert(grid, patch.square, halves);
-    list.extend(Half::BOTH.into_iter().filter(|half| added & half.bit() != 0).map(|half| patch.square.half(half)));
+fn together(grid: &Grid, square: Square, halves: u8) -> u8 {
+    debug_assert!(halves == 0 || grid.may_split(square), "{square:?} must be split and may not");
+    if halves != 0 && grid.crosses_rim(square) { BOTH_HALVES } else { halves }
 }
 
-/// A patch to draw along its parent's sides.
-struct Leaf {
-    parent: Patch,
-    child: BorderChild,
-    square: Square,
-}
-
-impl Leaf {
-    /// The block with a mask, where that is more than what may be kept and too bad.
-    fn denied(&self, rule: &Rule, mask: u8, kept: u8) -> Option<DeniedBlock> {
-        if mask & !kept == 0 {
-            return None;
+/// Brings the base of a level up to date: where wishes have flipped, and beyond the parents of what has changed below.
+fn rebase(border: &Border, wishes: &Wishes, draft: &mut Draft, number: u32, below: &[Change]) -> Vec<Change> {
+    let grid = draft.grid;
+    let beyond = below.iter().flat_map(|change| change.beyond(grid)).map(|patch| grid.parent_square(patch.square));
+    let mut changes = Vec::new();
+    for square in wishes.flipped()[number as usize].iter().copied().chain(beyond) {
+        let wished = wishes.halves()[number as usize][grid.index(square)];
+        let base = wished | restricted(grid, border, draft.split, square, BOTH_HALVES & !wished);
+        if base != draft.split.halves(grid, square) {
+            let halves = base ^ draft.replace(square, base);
+            changes.push(Change { square, halves });
         }
-        let error = rule.block_error(self.parent, &self.child, mask);
-        let is_too_bad = rule.is_too_bad(rule.distance_m(self.square), error).near;
-        is_too_bad.then_some(DeniedBlock { square: self.square, error })
     }
+    changes
+}
 
-    /// What may stay collapsed of a mask.
-    fn tolerable_sides(&self, rule: &Rule, odometer: &Odometer, mut mask: u8, checks: &mut Checks) -> u8 {
-        if mask == 0 {
-            return 0; // an earlier child has had the side beyond it split
-        }
-        let distance_m = rule.distance_m(self.square);
-        loop {
-            let error = rule.block_error(self.parent, &self.child, mask);
-            if error == 0 {
-                return mask;
+/// Those of some halves of a square that the restriction splits.
+fn restricted(grid: &Grid, border: &Border, split: &Split, square: Square, halves: u8) -> u8 {
+    let is_touched = |patch: Patch| {
+        let touches = |(side, beyond): (Side, Patch)| touches(grid, border, split, beyond, side);
+        Side::ALL.into_iter().filter_map(|side| Some((side, grid.neighbour(patch, side)?))).any(touches)
+    };
+    let found = Change { square, halves }.patches().filter(|patch| is_touched(*patch));
+    together(grid, square, found.map(|patch| patch.half.bit()).sum()) & halves
+}
+
+/// Whether a child of a patch that touches a side is split. The same side leads back to the neighbour beyond.
+fn touches(grid: &Grid, border: &Border, split: &Split, patch: Patch, side: Side) -> bool {
+    patch.square.level > 1
+        && grid.are_children_stored(patch.square)
+        && border.touching(grid, patch, side.bit()).any(|(_, child)| split.contains(grid, child))
+}
+
+/// Splits what the restriction asks for, starting from the level's wishes, of which `list` holds those with coarser
+/// sides. All that has come in and has coarser sides, or had, is appended: it may touch others.
+fn restrict(grid: &Grid, border: &Border, split: &mut Split, list: &mut Vec<Patch>) {
+    let mut next = 0;
+    while let Some(parent) = list.get(next).copied() {
+        next += 1;
+        for side in sides_of(split.coarser_sides(grid, parent)) {
+            if touches(grid, border, split, parent, side) {
+                let beyond = grid.neighbour(parent, side).expect("a coarser side has a neighbour").square;
+                let half = parent.half.other().bit();
+                let added = split.insert(grid, beyond, together(grid, beyond, half));
+                list.extend(Change { square: beyond, halves: added }.patches());
             }
-            let answer = rule.is_too_bad(distance_m, error);
-            checks.push(odometer, self.square, error, answer);
-            if !answer.near {
-                return mask;
-            }
-            let without = |side: u8| rule.block_error(self.parent, &self.child, mask & !side);
-            let worst = sides_of(mask).map(|side| side.bit()).min_by_key(|side| without(*side));
-            mask &= !worst.expect("a mask without sides has no error");
         }
     }
 }

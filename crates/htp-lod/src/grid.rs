@@ -257,6 +257,12 @@ impl Grid {
         square.level >= self.window.streamed || self.window.holds(self.cell_number(square))
     }
 
+    /// Whether anything is kept of a square's children. What is not stored shares its place with another square.
+    #[inline]
+    pub fn are_children_stored(&self, square: Square) -> bool {
+        square.level > self.window.streamed || self.window.holds(self.cell_number(square))
+    }
+
     /// Whether a patch of a square may be split: see `window`.
     #[inline]
     pub fn may_split(&self, square: Square) -> bool {
@@ -316,7 +322,17 @@ impl Grid {
     /// The same for patches that are stored: below [`Self::places`].
     #[inline]
     pub fn place(&self, patch: Patch) -> u32 {
-        self.layer(patch.square).first_place + 2 * self.index(patch.square) as u32 + patch.half as u32
+        self.layer(patch.square).first_place + self.place_in_level(patch)
+    }
+
+    /// The same among the patches of one level.
+    pub fn place_in_level(&self, patch: Patch) -> u32 {
+        2 * self.index(patch.square) as u32 + patch.half as u32
+    }
+
+    /// The patch that is stored at a place of a level.
+    pub fn patch_at(&self, level: u32, place: u32) -> Patch {
+        self.square_at(level, place as usize / 2).half(Half::BOTH[place as usize % 2])
     }
 
     /// What all batchings say of a patch, in every view. A tag has 27 bits for a number: on the largest DEMs they begin

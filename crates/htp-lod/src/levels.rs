@@ -3,87 +3,12 @@
 //! A patch that is split is drawn as the patches of the next finer layer that it consists of; a patch is drawn when
 //! its parent is split and it is not.
 
-use crate::blocks::Side;
-use crate::closure::Closure;
-use crate::grid::{BOTH_HALVES, Grid, Half, Patch, Run, Square};
+use crate::closure::{Change, Closure};
+use crate::grid::{Grid, Square};
 use crate::rule::Rule;
+use crate::split::Split;
 use crate::wishes::Wishes;
 use terrain_core::odometer::Odometer;
-
-/// A set of patches: bits by level and square. Nothing on level 0, which has nothing finer.
-#[derive(Clone)]
-pub(crate) struct Split(Vec<Vec<u8>>);
-
-impl Split {
-    /// The halves of a square that are split.
-    pub fn halves(&self, grid: &Grid, square: Square) -> u8 {
-        if square.level == 0 { 0 } else { self.0[square.level as usize][grid.index(square)] }
-    }
-
-    pub fn contains(&self, grid: &Grid, patch: Patch) -> bool {
-        self.halves(grid, patch.square) & patch.half.bit() != 0
-    }
-
-    /// Adds halves of a square; returns those that were not there.
-    pub fn insert(&mut self, grid: &Grid, square: Square, halves: u8) -> u8 {
-        let bits = &mut self.0[square.level as usize][grid.index(square)];
-        let added = halves & !*bits;
-        *bits |= halves;
-        added
-    }
-
-    /// Appends the patches of a level that have coarser sides, square by square, row by row over the DEM: the order
-    /// decides what is repaired (`closure`), and must not depend on where a window keeps its squares.
-    pub fn frontier(&self, grid: &Grid, level: u32, list: &mut Vec<Patch>) {
-        let (bits, layer) = (&self.0[level as usize], &grid.layers[level as usize]);
-        let columns = layer.stored[0] as usize;
-        for Run { first, start, length } in grid.runs(level) {
-            let line = &bits[start..start + length];
-            // Beyond the seams of a window the next position is not the next square.
-            let ends = if layer.wraps {
-                [0, columns - 1].map(|end| end.wrapping_sub(start % columns))
-            } else {
-                [usize::MAX; 2]
-            };
-            let is_inside = |at: usize| !ends.contains(&at) && is_inside(bits, columns, start + at);
-            for at in non_zero(line).filter(|at| !is_inside(*at)) {
-                let square = Square { column: first.column + at as u32, ..first };
-                let split = Half::BOTH.into_iter().filter(|half| line[at] & half.bit() != 0);
-                let patches = split.map(|half| square.half(half));
-                list.extend(patches.filter(|patch| self.coarser_sides(grid, *patch) != 0));
-            }
-        }
-    }
-
-    /// The sides of a split patch beyond which nothing is split: there its children meet a coarser neighbour.
-    pub fn coarser_sides(&self, grid: &Grid, patch: Patch) -> u8 {
-        let (bits, other) = (&self.0[patch.square.level as usize], patch.half.other().bit());
-        let beyond = grid.beyond(patch);
-        let coarser = |side: Side| beyond[side as usize].is_some_and(|index| bits[index] & other == 0);
-        Side::ALL.into_iter().map(|side| side.bit() * coarser(side) as u8).sum()
-    }
-}
-
-/// Whether all is split in a square, given by its position, and beyond its sides: most of what is split at all. Beyond
-/// the rim nothing is, so that squares along it may be told otherwise.
-fn is_inside(bits: &[u8], columns: usize, index: usize) -> bool {
-    let has = |index: Option<usize>, half: Half| {
-        index.and_then(|index| bits.get(index)).is_some_and(|bits| bits & half.bit() != 0)
-    };
-    bits[index] == BOTH_HALVES
-        && has(index.checked_sub(1), Half::SouthEast)
-        && has(index.checked_sub(columns), Half::SouthEast)
-        && has(Some(index + 1), Half::NorthWest)
-        && has(Some(index + columns), Half::NorthWest)
-}
-
-/// Positions of the bytes other than 0. On large DEMs nearly all are 0.
-fn non_zero(bytes: &[u8]) -> impl Iterator<Item = usize> {
-    const RUN: usize = 32;
-    let runs = bytes.chunks(RUN).enumerate().filter(|(_, run)| run.iter().fold(0, |all, byte| all | byte) != 0);
-    let positions = runs.flat_map(|(i, run)| (RUN * i..).zip(run));
-    positions.filter(|(_, byte)| **byte != 0).map(|(position, _)| position)
-}
 
 /// The split patches of the last view.
 pub(crate) struct Levels {
@@ -91,10 +16,10 @@ pub(crate) struct Levels {
     closure: Closure,
     odometer: Odometer,
     split: Split,
-    /// Of the view before.
+    /// Those of the view before, where all is closed anew.
     before: Split,
     changed: Vec<Square>,
-    /// Whether the closure would take another course, whatever its checks say.
+    /// Whether more or less may be split than in the last view.
     reopened: bool,
 }
 
@@ -119,26 +44,28 @@ impl Levels {
         let all_anew = !self.odometer.advance(view);
         if all_anew {
             self.wishes.expire();
-            self.closure.expire();
         }
-        let is_reopened = std::mem::take(&mut self.reopened) || all_anew;
-        if self.wishes.update(rule, &self.odometer) || is_reopened || !self.closure.still_holds(rule, &self.odometer) {
-            self.close(rule.grid, Some(rule));
+        self.wishes.update(rule, &self.odometer);
+        let reopened = std::mem::take(&mut self.reopened);
+        if all_anew || self.closure.is_cheaper_anew(&self.wishes) {
+            return self.close(rule.grid, Some(rule));
         }
+        let changes = self.closure.follow(rule, &self.odometer, &self.wishes, &mut self.split, reopened);
+        changes.into_iter().for_each(|change| self.note(rule.grid, change));
     }
 
     /// To be told when more or less may be split than before, since cells have come or gone; `fewer` are those in which
     /// it is less.
     pub fn reconsider(&mut self, grid: &Grid, fewer: &[[u32; 2]]) {
         self.wishes.reconsider(grid, fewer);
-        self.reopened |= !fewer.is_empty() || self.closure.has_denied();
+        self.reopened = true;
     }
 
     /// What is drawn more coarsely than it should be, since it may not be split: squares, and how many pixels each
     /// counts.
     pub fn unheld<'a>(&'a self, rule: &'a Rule) -> impl Iterator<Item = (Square, f64)> + 'a {
         let patches = self.wishes.denied().map(|denied| (denied.square, rule.patch_px(denied.square, denied.halves)));
-        let blocks = self.closure.denied().iter().map(|block| (block.square, rule.block_px(block.square, block.error)));
+        let blocks = self.closure.denied().map(|block| (block.square, rule.block_px(block.square, block.error)));
         patches.chain(blocks)
     }
 
@@ -151,10 +78,7 @@ impl Levels {
     /// The split patches are the wishes and all that they entail.
     fn close(&mut self, grid: &Grid, rule: Option<&Rule>) {
         std::mem::swap(&mut self.split, &mut self.before);
-        for (split, wishes) in self.split.0.iter_mut().zip(self.wishes.halves()) {
-            split.copy_from_slice(wishes);
-        }
-        self.closure.close(grid, &mut self.split, rule.map(|rule| (rule, &self.odometer)));
+        self.closure.close(grid, &self.wishes, &mut self.split, rule.map(|rule| (rule, &self.odometer)));
         for level in 1..=grid.top() {
             self.compare(grid, level);
         }
@@ -162,21 +86,26 @@ impl Levels {
 
     /// Lists what has changed on one level.
     fn compare(&mut self, grid: &Grid, level: u32) {
-        let (now, before) = (&self.split.0[level as usize], &self.before.0[level as usize]);
         let columns = grid.layers[level as usize].stored[0] as usize;
-        for (row, (now, before)) in now.chunks(columns).zip(before.chunks(columns)).enumerate() {
+        for start in (0..self.split.0[level as usize].len()).step_by(columns) {
+            let [now, before] = [&self.split, &self.before].map(|split| &split.0[level as usize][start..][..columns]);
             if now == before {
                 continue;
             }
-            for (column, (now, before)) in now.iter().zip(before).enumerate().filter(|(_, (now, before))| now != before)
-            {
-                let square = grid.square_at(level, row * columns + column);
-                self.changed.push(square);
-                let halves = Half::BOTH.into_iter().filter(|half| (now ^ before) & half.bit() != 0);
-                let sides = halves.flat_map(|half| Side::ALL.map(|side| grid.neighbour(square.half(half), side)));
-                self.changed.extend(sides.flatten().map(|beyond| beyond.square));
-            }
+            let changes = now.iter().zip(before).enumerate().filter(|(_, (now, before))| now != before);
+            let change = |(at, (now, before)): (usize, (&u8, &u8))| Change {
+                square: grid.square_at(level, start + at),
+                halves: now ^ before,
+            };
+            let changes: Vec<Change> = changes.map(change).collect();
+            changes.into_iter().for_each(|change| self.note(grid, change));
         }
+    }
+
+    /// Lists a change.
+    fn note(&mut self, grid: &Grid, change: Change) {
+        self.changed.push(change.square);
+        self.changed.extend(change.beyond(grid).map(|patch| patch.square));
     }
 
     /// Takes wishes as given, whatever the metric.
@@ -187,54 +116,21 @@ impl Levels {
         self.close(grid, None);
     }
 
+    /// Follows small steps and large ones alike.
+    #[cfg(test)]
+    pub fn never_anew(&mut self) {
+        self.closure.never_anew();
+    }
+
+    /// The blocks that are left too bad: squares, and their errors in steps.
+    #[cfg(test)]
+    pub fn denied_blocks(&self) -> impl Iterator<Item = (Square, u16)> {
+        self.closure.denied().map(|block| (block.square, block.error))
+    }
+
     /// Decides all anew in the next view.
     #[cfg(test)]
     pub fn forget(&mut self) {
         self.odometer = Odometer::default();
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::cells::{CellFile, cut};
-    use crate::options::Options;
-    use std::sync::Arc;
-    use terrain_core::{Heightmap, SplitMix64};
-
-    /// A grid of 13 x 9 cells with a window of so many, and all of the window held.
-    fn grid(window: u32, eye: [u32; 2]) -> Grid {
-        let options = Options { k: 2, layers: 3, ..Options::default() };
-        let heightmap = Heightmap::new(101, 70, [1.0; 2], vec![0.0; 7070]).unwrap();
-        let (file, resident) = CellFile::open(Arc::new(cut(&heightmap, &options))).unwrap();
-        let mut grid = Grid::streamed(file.header(), resident.ranges_m, &options, window);
-        grid.window.follow(eye);
-        grid.window.inside().collect::<Vec<_>>().into_iter().for_each(|cell| grid.window.enter(cell));
-        grid
-    }
-
-    /// Next to a seam the byte before or after is another square's.
-    #[test]
-    fn the_frontier_of_a_window_is_that_of_square_by_square_in_the_order_of_the_dem() {
-        let mut random = SplitMix64::new(1);
-        for (window, eye) in [(2, [5, 5]), (3, [7, 3]), (3, [12, 8]), (5, [4, 6]), (13, [6, 6])] {
-            let grid = grid(window, eye);
-            for _ in 0..300 {
-                let mut split = Split(Wishes::new(&grid).halves().to_vec());
-                // Nearly all: most squares are inside.
-                let stored = || grid.squares(1).filter(|square| grid.window.is_inside(grid.cell_number(*square)));
-                for square in stored() {
-                    let halves = if random.below(12) > 0 { BOTH_HALVES } else { random.below(4) as u8 };
-                    split.insert(&grid, square, halves);
-                }
-                let mut found = Vec::new();
-                split.frontier(&grid, 1, &mut found);
-                let patches = stored().flat_map(|square| Half::BOTH.map(|half| square.half(half)));
-                let is_frontier =
-                    |patch: &Patch| split.contains(&grid, *patch) && split.coarser_sides(&grid, *patch) != 0;
-                let expected: Vec<Patch> = patches.filter(is_frontier).collect();
-                assert_eq!(found, expected, "window {window}, eye {eye:?}");
-            }
-        }
     }
 }

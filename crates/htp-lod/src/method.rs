@@ -251,6 +251,8 @@ impl LodMethod for Htp {
 #[cfg(test)]
 mod bound_tests;
 #[cfg(test)]
+mod closure_tests;
+#[cfg(test)]
 mod fault_tests;
 #[cfg(test)]
 mod follow_tests;

@@ -7,6 +7,7 @@
 use terrain_core::{Buffer, FramePlan, HeightTiles, Streaming, View};
 
 use crate::cells::{Cell, CellFile, CellsHeader, Resident};
+use crate::closure;
 use crate::errors::{ErrorTable, record_length};
 use crate::failures::Failures;
 use crate::grid::Grid;
@@ -192,6 +193,7 @@ impl Stream {
 /// | places of its two patches (`slots`) | 8 |
 /// | above level 0: error record, by [`LevelMetric::Error`] | `4 (3k + 4)` |
 /// | above level 0: wishes and their deadline, split patches of this and the last view, sight | 13 |
+/// | above level 0: when its patches' blocks are judged again | 16 |
 struct Room {
     /// Of the resident levels.
     resident: u64,
@@ -205,7 +207,7 @@ struct Room {
 impl Room {
     fn of(header: &CellsHeader, options: &Options) -> Self {
         let record = if options.metric == LevelMetric::Error { 2 * record_length(header.k) as u64 } else { 0 };
-        let above = record + wishes::BYTES_A_SQUARE + 2 + in_sight::BYTES_A_SQUARE;
+        let above = record + wishes::BYTES_A_SQUARE + 2 + closure::BYTES_A_SQUARE + in_sight::BYTES_A_SQUARE;
         let square = |level: u32| 16 + if level > 0 { above } else { 0 };
         let squares = |samples: u32, level: u32| (samples - 1).div_ceil(header.k.pow(level + 1)) as u64;
         let all = |level: u32| header.samples.map(|samples| squares(samples, level)).iter().product::<u64>();

@@ -22,8 +22,8 @@ pub(crate) struct Wishes {
     deadlines_m: Vec<Vec<f64>>,
     /// By the number of a square's first patch: wishes that are denied, of patches whose parents' are not.
     denied: BTreeMap<u32, Denied>,
-    /// Whether the last update has changed any.
-    flipped: bool,
+    /// By level: the squares in which the last update has changed any.
+    flipped: Vec<Vec<Square>>,
 }
 
 /// Halves of a square that want to be split and may not.
@@ -41,7 +41,7 @@ impl Wishes {
             halves: (0..=grid.top()).map(|level| vec![0; squares(level)]).collect(),
             deadlines_m: (0..=grid.top()).map(|level| vec![PASSED; squares(level)]).collect(),
             denied: BTreeMap::new(),
-            flipped: false,
+            flipped: vec![Vec::new(); grid.layers.len()],
         }
     }
 
@@ -90,9 +90,14 @@ impl Wishes {
         &self.halves
     }
 
-    /// Decides anew what may have changed. Returns whether anything has.
-    pub fn update(&mut self, rule: &Rule, odometer: &Odometer) -> bool {
-        self.flipped = false;
+    /// By level: the squares in which the last update has changed any.
+    pub fn flipped(&self) -> &[Vec<Square>] {
+        &self.flipped
+    }
+
+    /// Decides anew what may have changed.
+    pub fn update(&mut self, rule: &Rule, odometer: &Odometer) {
+        self.flipped.iter_mut().for_each(Vec::clear);
         let grid = rule.grid;
         if grid.top() > 0 {
             for (index, cell) in grid.squares(grid.top()).enumerate() {
@@ -101,7 +106,6 @@ impl Wishes {
                 }
             }
         }
-        self.flipped
     }
 
     /// Decides all anew in the next update.
@@ -127,7 +131,9 @@ impl Wishes {
         }
         debug_assert!(now % BOTH_HALVES == 0 || !rule.grid.crosses_rim(square), "{square:?} wants one half at the rim");
         self.halves[level][index] = now;
-        self.flipped |= now != before;
+        if now != before {
+            self.flipped[level].push(square);
+        }
         if level > 1 && before | now != 0 {
             for child in rule.grid.children(square) {
                 let due_m = self.deadlines_m[level - 1][rule.grid.index(child)];

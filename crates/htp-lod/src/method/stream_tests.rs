@@ -17,13 +17,13 @@ pub(super) fn terrain(columns: u32, rows: u32, whole: bool) -> Arc<Heightmap> {
 }
 
 /// Loads blocking; a window of so many cells.
-fn streamed(heightmap: &Heightmap, options: Options, window: u32) -> Htp {
+pub(super) fn streamed(heightmap: &Heightmap, options: Options, window: u32) -> Htp {
     let options = Options { loading: Loading::Blocking, ..options };
     let (file, resident) = CellFile::open(Arc::new(cut(heightmap, &options))).unwrap();
     Htp::stream_window(file, resident, options, window).unwrap()
 }
 
-fn cells(heightmap: &Heightmap, options: &Options) -> u32 {
+pub(super) fn cells(heightmap: &Heightmap, options: &Options) -> u32 {
     (heightmap.columns().max(heightmap.rows()) - 1).div_ceil(options.k.pow(options.layers))
 }
 
@@ -118,6 +118,7 @@ fn plans_of_streamed_cells_are_those_decided_anew() {
     for options in settings() {
         for window in [1, 3, 4].map(|window| window.min(cells(&heightmap, &options))) {
             let [mut following, mut anew] = [(); 2].map(|_| streamed(&heightmap, options, window));
+            following.levels.never_anew();
             let [mut plan, mut expected] = [FramePlan::default(), FramePlan::default()];
             for (frame, view) in RandomWalk::new(options.k as u64, &heightmap).take(60).enumerate() {
                 following.plan(&view, &mut plan);
