@@ -17,7 +17,7 @@ use crate::record::{Record, record};
 use crate::results::{Results, utc_now};
 use crate::suite::{Bench, SuiteFile};
 use crate::summary::SummaryRow;
-use crate::tables;
+use crate::{table, tables};
 
 /// In the folder of a suite of several benches, what `machine.json` is in a bench's.
 pub const SUITE_FILE: &str = "suite.json";
@@ -151,8 +151,11 @@ fn write_tables(results: &Results, file: &SuiteFile, flown: &[BenchRows]) -> Res
     let lines: Vec<_> = rows().map(|(bench, row)| (BenchColumn { bench }, row)).collect();
     results.write_csv("summary.csv", &lines)?;
     let records: Vec<Record> = rows().map(|(bench, row)| record(bench, row)).collect();
-    let notes: String = file.notes.iter().map(|note| format!("- {note}\n")).collect();
-    let text = notes + &tables::write(results, &file.tables, &file.equal_error, &records)?;
+    let captions =
+        flown.iter().filter_map(|(name, rows)| Some(format!("- {name}: {}\n", table::caption(rows.first()?))));
+    let notes = file.notes.iter().map(|note| format!("- {note}\n"));
+    let text =
+        captions.chain(notes).collect::<String>() + &tables::write(results, &file.tables, &file.equal_error, &records)?;
     results.write_text("tables.md", &text)?;
     Ok(text)
 }

@@ -90,7 +90,8 @@ pub fn table<T>(columns: &[Column<T>], rows: &[&T]) -> String {
     layout::table(&headings, &cells)
 }
 
-fn caption(row: &SummaryRow) -> String {
+/// What was flown where.
+pub fn caption(row: &SummaryRow) -> String {
     let adapter = match (row.adapter.as_str(), row.adapter_type.as_str()) {
         ("", _) => "without a GPU: no frame times, no pictures".to_string(),
         (name, "software") => format!("on {name}, a **software adapter**: its frame times say little about a GPU"),

@@ -182,7 +182,11 @@ fn puget_sound_has_stand_ins() {
     let place = place_with(&puget.replace("synthetic:97x97:1", "puget"));
     assert!(fly(place.path(), &[]).status.success());
     let tables = std::fs::read_to_string(place.path().join("results/tables.md")).unwrap();
-    assert!(tables.starts_with("- small: synthetic:33x33:2 stands in for Puget Sound"), "{tables}");
+    assert!(
+        tables.starts_with("- small: DEM synthetic-33x33-2 (33 x 33 samples), flight ground-level, 4 frames"),
+        "{tables}"
+    );
+    assert!(tables.contains("- small: synthetic:33x33:2 stands in for Puget Sound"), "{tables}");
     assert!(tables.contains("- large is not flown: it needs Puget Sound; --puget FILE names it"), "{tables}");
     assert_eq!(counts(&place.path().join("results/summary.csv")).len(), 4);
 }
