@@ -286,7 +286,7 @@ mod tests {
             let (file, resident) = open(&Options { layers: 3, ..Options::bounded() });
             Htp::stream(file, resident, options).err().unwrap().to_string()
         };
-        let batching = "batching PerPatch with cells that are loaded one by one: expected instances";
+        let batching = "cells that are loaded one by one are drawn by instances alone";
         assert_eq!(refuse(Options { batching: Batching::PerPatch, ..options }), batching);
         let other = "cells of k 3 with 3 layers: expected k 3 with 4 layers; cut them again or change the settings";
         assert_eq!(refuse(Options { layers: 4, ..options }), other);
