@@ -50,17 +50,19 @@ impl Htp {
             Batching::MergedCell => Rendering::MergedCell(CellVertices::new(heightmap, &grid)?, MergedCell::new(&grid)),
             Batching::Instanced => Rendering::Instanced(Box::new(Instanced::new(&grid))),
         };
-        Ok(Self {
-            options,
-            blocks: Blocks::new(options.k),
-            levels: Levels::new(&grid),
-            culling: true,
-            errors,
-            grid,
-            rendering,
-            stream: None,
-            initialised: false,
-        })
+        Ok(Self::over(options, grid, errors, rendering, None))
+    }
+
+    /// Nothing is drawn yet.
+    fn over(
+        options: Options,
+        grid: Grid,
+        errors: Option<ErrorTable>,
+        rendering: Rendering,
+        stream: Option<Stream>,
+    ) -> Self {
+        let (blocks, levels) = (Blocks::new(options.k), Levels::new(&grid));
+        Self { options, blocks, levels, culling: true, errors, grid, rendering, stream, initialised: false }
     }
 
     /// The hierarchy over a DEM of which only the coarse levels are in memory; cells are loaded around the eye, as
@@ -75,18 +77,10 @@ impl Htp {
     /// With so many cells along the window.
     fn stream_window(file: CellFile, resident: Resident, options: Options, window: u32) -> Result<Self, HtpError> {
         let (coarse, grid, errors) = stream::tables(file.header(), resident, &options, window);
-        let stream = Stream::new(file, coarse, &options, window);
-        Ok(Self {
-            options,
-            blocks: Blocks::new(options.k),
-            levels: Levels::new(&grid),
-            culling: true,
-            errors,
-            rendering: Rendering::Instanced(Box::new(Instanced::new(&grid))),
-            grid,
-            stream: Some(stream.map_err(|error| HtpError::Thread(error.to_string()))?),
-            initialised: false,
-        })
+        let stream =
+            Stream::new(file, coarse, &options, window).map_err(|error| HtpError::Thread(error.to_string()))?;
+        let rendering = Rendering::Instanced(Box::new(Instanced::new(&grid)));
+        Ok(Self::over(options, grid, errors, rendering, Some(stream)))
     }
 
     /// Bytes of all that is kept of a streamed DEM, those on the GPU included; 0 for one in memory.

@@ -1,9 +1,7 @@
 //! The command line.
 
-use std::ops::RangeInclusive;
 use std::path::PathBuf;
 
-use clap::builder::TypedValueParser;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use serde::{Deserialize, Serialize};
 use terrain_renderer::{AdapterChoice, Colour, Look, Normals, Submission};
@@ -15,7 +13,8 @@ use crate::cmp_args::CmpArgs;
 use crate::dem_args::{DemArgs, DemToolArgs};
 use crate::fault::Fault;
 use crate::methods::MethodName;
-use crate::suite::{FRAMES, PIXELS, REPEATS, SHARES, SIDE_PX, STEPS};
+use crate::parse::{parse_percent, parse_pixels, parse_positive, parse_size, within};
+use crate::suite::{FRAMES, REPEATS, STEPS};
 
 /// Flies terrain level-of-detail methods over elevation data and compares them.
 #[derive(Debug, Parser)]
@@ -390,49 +389,6 @@ pub struct MeshArgs {
     pub out: PathBuf,
 }
 
-pub fn parse_finite(text: &str) -> Result<f64, String> {
-    match text.trim().parse::<f64>() {
-        Ok(number) if number.is_finite() => Ok(number),
-        _ => Err("expected a finite number".into()),
-    }
-}
-
-fn parse_positive(text: &str) -> Result<f64, String> {
-    parse_finite(text).ok().filter(|number| *number > 0.0).ok_or_else(|| "expected a number above 0".into())
-}
-
-fn parse_pixels(text: &str) -> Result<f64, String> {
-    let expected = || format!("expected pixels, {:e} to {:e}", PIXELS.start(), PIXELS.end());
-    parse_finite(text).ok().filter(|px| PIXELS.contains(px)).ok_or_else(expected)
-}
-
-/// A share as people write it: `5%`.
-pub fn parse_percent(text: &str) -> Result<f64, String> {
-    let share = text.trim().strip_suffix('%').and_then(|number| Some(parse_finite(number).ok()? / 100.0));
-    let [low, high] = [SHARES.start(), SHARES.end()].map(|share| 100.0 * share);
-    share.filter(|share| SHARES.contains(share)).ok_or_else(|| format!("expected {low}% to {high}%, such as 5%"))
-}
-
-fn within(range: RangeInclusive<u32>) -> impl TypedValueParser<Value = u32> {
-    clap::value_parser!(u32).range(*range.start() as i64..=*range.end() as i64)
-}
-
-pub fn parse_spacing(text: &str) -> Result<[f64; 2], String> {
-    let numbers: Result<Vec<f64>, String> = text.split(',').map(parse_positive).collect();
-    match numbers.as_deref() {
-        Ok([both]) => Ok([*both; 2]),
-        Ok([x, z]) => Ok([*x, *z]),
-        _ => Err("expected metres between samples: 30, or 52.5,92.7 for x and z".into()),
-    }
-}
-
-fn parse_size(text: &str) -> Result<[u32; 2], String> {
-    let sides = text.split_once('x').and_then(|(w, h)| Some([w.parse().ok()?, h.parse().ok()?]));
-    sides
-        .filter(|sides: &[u32; 2]| sides.iter().all(|side| SIDE_PX.contains(side)))
-        .ok_or_else(|| "expected width x height in pixels, such as 640x360, each 1 to 16384".into())
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -441,22 +397,5 @@ mod tests {
     #[test]
     fn the_command_line_is_well_formed() {
         Cli::command().debug_assert();
-    }
-
-    #[test]
-    fn shares_are_written_as_percent() {
-        assert_eq!((parse_percent("5%"), parse_percent(" 0.5 %")), (Ok(0.05), Ok(0.005)));
-        for wrong in ["5", "0%", "-1%", "nan%", "%", "1001%"] {
-            assert!(parse_percent(wrong).is_err(), "{wrong}");
-        }
-    }
-
-    #[test]
-    fn spacings_and_sizes() {
-        assert_eq!(parse_spacing("30"), Ok([30.0, 30.0]));
-        assert_eq!(parse_spacing("52.5,92.7"), Ok([52.5, 92.7]));
-        assert!(parse_spacing("1,2,3").is_err() && parse_spacing("0").is_err() && parse_spacing("nan").is_err());
-        assert_eq!(parse_size("640x360"), Ok([640, 360]));
-        assert!(parse_size("640").is_err() && parse_size("0x4").is_err() && parse_size("-1x4").is_err());
     }
 }

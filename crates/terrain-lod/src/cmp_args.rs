@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 
-use crate::cli::parse_percent;
+use crate::parse::parse_percent;
 
 #[derive(Debug, Args)]
 pub struct CmpArgs {

@@ -7,7 +7,7 @@ use terrain_core::Heightmap;
 use terrain_dem::synthetic::Kind;
 use terrain_dem::{ColourCode, Crop, HeightUnit, RawLayout, ReadOptions, VoidPolicy};
 
-use crate::cli::{parse_finite, parse_spacing};
+use crate::parse::{parse_finite, parse_spacing};
 
 /// Where the heights come from.
 #[derive(Clone, Debug, Args)]

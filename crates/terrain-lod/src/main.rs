@@ -29,6 +29,7 @@ mod maps;
 mod mesh;
 mod methods;
 mod output;
+mod parse;
 mod parts;
 mod passes;
 mod pivot;
