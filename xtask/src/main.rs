@@ -6,6 +6,7 @@
 mod bench_check;
 mod checks;
 mod program;
+mod readme;
 mod setup;
 
 use std::ffi::{OsStr, OsString};
@@ -44,6 +45,7 @@ const ADAPTER_FLAGS: [&str; 2] = ["--backend", "--adapter"];
 const ADAPTER_VARIABLES: [&str; 2] = ["WGPU_BACKEND", "WGPU_ADAPTER_NAME"];
 
 /// What ends xtask early: one line for the user, and an exit code for the script.
+#[derive(Debug)]
 struct Fault {
     code: u8,
     message: String,
@@ -77,7 +79,7 @@ fn run(command: &str, args: Vec<OsString>) -> Result<(), Fault> {
     }
     match command {
         "" | "help" | "--help" | "-h" => print_usage(),
-        "test" | "check-bench" if has_any(&args, &["--help", "-h"]) => print_usage(),
+        "test" | "check-bench" | "check-readme" | "record" if has_any(&args, &["--help", "-h"]) => print_usage(),
         "test" => {
             refuse_all_but(&args, &["--no-gpu"])?;
             checks::run(!has_any(&args, &["--no-gpu"]))?;
@@ -86,6 +88,14 @@ fn run(command: &str, args: Vec<OsString>) -> Result<(), Fault> {
             refuse_all_but(&args, &["--no-gpu"])?;
             bench_check::run(!has_any(&args, &["--no-gpu"]))?;
         }
+        "check-readme" => {
+            refuse_all_but(&args, &["--write"])?;
+            readme::check(has_any(&args, &["--write"]))?;
+        }
+        "record" => match &args[..] {
+            [folder] => readme::record(Path::new(folder))?,
+            _ => return Err(Fault::usage("record: expected one result folder")),
+        },
         _ => return Err(Fault::usage(format!("unknown command '{command}'; `cargo xtask --help` lists them"))),
     }
     Ok(())
@@ -150,6 +160,8 @@ const CHECKS_AND_EXAMPLES: &str = "
 Checks:
   test         everything that must pass: format, lints, tests, documentation (--no-gpu: no GPU set-up)
   check-bench  fly the quick suite and check its table: every method, no error, no crack (--no-gpu: without a GPU)
+  check-readme whether the README shows the recorded runs (--write: make it so); a test of `test` too
+  record       take a result folder over into bench-results/recorded, and show it in the README
 
 Examples:
   cargo xtask bench
@@ -174,6 +186,8 @@ mod tests {
         assert_eq!(code_of("benhc", &[]), 2);
         assert_eq!(code_of("test", &["--fast"]), 2);
         assert_eq!(code_of("check-bench", &["--fast"]), 2);
+        assert_eq!(code_of("check-readme", &["--fast"]), 2);
+        assert_eq!(code_of("record", &[]), 2);
         assert_eq!(code_of("--help", &[]), 0);
         assert_eq!(code_of("test", &["--help"]), 0);
     }

@@ -52,7 +52,7 @@ pub fn cargo() -> Command {
 }
 
 /// Cargo says at run time where the sources are; what was true at compile time may have moved.
-fn workspace_root() -> PathBuf {
+pub fn workspace_root() -> PathBuf {
     let xtask = std::env::var_os("CARGO_MANIFEST_DIR").unwrap_or_else(|| env!("CARGO_MANIFEST_DIR").into());
     Path::new(&xtask).parent().expect("xtask is a folder of the workspace").to_path_buf()
 }

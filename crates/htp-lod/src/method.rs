@@ -15,7 +15,11 @@ use crate::per_patch::PerPatch;
 use crate::rule::Rule;
 use crate::stream::{self, Stream};
 use std::sync::Arc;
-use terrain_core::{Buffer, BufferSizes, FramePlan, Heightmap, IndexFormat, LocalVertex, LodMethod, VertexKind, View};
+use std::time::Instant;
+
+use terrain_core::{
+    Buffer, BufferSizes, FramePlan, Heightmap, IndexFormat, LocalVertex, LodMethod, StageTime, VertexKind, View,
+};
 
 /// Hierarchical triangular patches with their matching blocks.
 pub struct Htp {
@@ -234,7 +238,9 @@ impl LodMethod for Htp {
         self.initialise(plan); // phase 1
         self.load_cells(view, plan); // phase 2, and of phase 5 the heights of the cells that enter
         self.compute_levels(view); // phase 4
+        let start = Instant::now();
         self.select_patches(view);
+        plan.cull = StageTime(start.elapsed());
         self.merge_vertex_buffers(plan); // phase 5
         self.render(plan); // phase 6
         plan.morph = self.options.geomorph.then(|| geomorph::morph(&self.options, &self.grid, view));

@@ -32,8 +32,11 @@ mod blocks;
 mod levels;
 mod lists;
 
+use std::time::Instant;
+
 use terrain_core::{
-    BakedVertex, Buffer, BufferSizes, Draw, FramePlan, Heightmap, IndexFormat, LodMethod, PatchTag, VertexKind, View,
+    BakedVertex, Buffer, BufferSizes, Draw, FramePlan, Heightmap, IndexFormat, LodMethod, PatchTag, StageTime,
+    VertexKind, View,
 };
 
 use crate::error::{BaselineError, check_tolerance};
@@ -111,7 +114,9 @@ impl LodMethod for Geomipmap {
         plan.clear();
         self.initialise(plan);
         self.levels.choose(&self.blocks, view, self.tolerance_px);
+        let start = Instant::now();
         let is_drawn = |number: &usize| !self.culling || view.sees(&self.blocks.blocks[*number].bounds_world);
         plan.draws.extend((0..self.blocks.blocks.len()).filter(is_drawn).map(|number| self.draw(number)));
+        plan.cull = StageTime(start.elapsed());
     }
 }

@@ -31,9 +31,10 @@ pub use method::LodMethod;
 pub use mirror::{MeshMirror, MirrorError, Triangle};
 pub use morph::Morph;
 pub use plan::{
-    Buffer, BufferSizes, Draw, FramePlan, Growth, IndexFormat, PatchTag, Streaming, Upload, VertexKind, WorkReport,
+    Buffer, BufferSizes, Draw, FramePlan, Growth, IndexFormat, PatchTag, StageTime, Streaming, Upload, VertexKind,
+    WorkReport,
 };
 pub use random::SplitMix64;
-pub use stats::FrameStats;
+pub use stats::{FrameStats, triangles_by_level};
 pub use vertex::{BakedVertex, LocalVertex, PatchInstance, Sample};
 pub use view::{Aabb, Camera, Lens, View, ViewError};

@@ -5,7 +5,7 @@ use std::ops::Range;
 
 use crate::{
     BakedVertex, Buffer, BufferSizes, Draw, FramePlan, Growth, HeightTiles, Heightmap, IndexFormat, LocalVertex, Morph,
-    PatchInstance, Sample, Upload, VertexKind,
+    PatchInstance, PatchTag, Sample, Upload, VertexKind,
 };
 
 /// A triangle as the GPU would draw it, its corners at samples of the DEM.
@@ -125,6 +125,22 @@ impl<'a> MeshMirror<'a> {
         }
         self.draws.clone_from(&plan.draws);
         Ok(true)
+    }
+
+    /// What the last plan draws, patch by patch as far as its draws tell: tag, and triangles with those without area.
+    pub fn tagged(&self) -> impl Iterator<Item = (PatchTag, u64)> + '_ {
+        self.draws.iter().flat_map(move |draw| {
+            let triangles = (draw.indices.len() / 3) as u64;
+            // The mirror has executed the plan, so its instances are written.
+            let tag = move |instance: u32| match self.vertex_kind {
+                VertexKind::Baked => instance,
+                VertexKind::Displaced => {
+                    let one = instance as u64..instance as u64 + 1;
+                    self.instances.written::<PatchInstance>(one).map_or(0, |found| found[0].tag)
+                }
+            };
+            draw.instances.clone().map(move |instance| (PatchTag::from_instance(tag(instance)), triangles))
+        })
     }
 
     /// The triangles of the last plan in drawing order, those without area left out.

@@ -129,11 +129,14 @@ impl Draw {
 pub struct PatchTag {
     /// Number of the patch, below 2^27.
     pub patch: u32,
-    /// Level of detail, 0 = finest, below 16.
+    /// Level of detail, 0 = finest, below [`Self::LEVELS`].
     pub level: u32,
 }
 
 impl PatchTag {
+    /// So many levels have a place in a tag.
+    pub const LEVELS: usize = 16;
+
     /// `patch * 16 + level`; `shaders/terrain.wgsl` takes it apart again.
     pub fn to_instance(self) -> u32 {
         debug_assert!(self.level < 16 && self.patch < 1 << 27, "{self:?}");
@@ -143,6 +146,17 @@ impl PatchTag {
     /// The inverse of [`Self::to_instance`].
     pub fn from_instance(tag: u32) -> Self {
         Self { patch: tag >> 4, level: tag & 15 }
+    }
+}
+
+/// How long a stage of planning took, for the statistics. Any two are equal: a plan is what it makes the GPU do, however long
+/// that took to find out.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct StageTime(pub Duration);
+
+impl PartialEq for StageTime {
+    fn eq(&self, _: &Self) -> bool {
+        true
     }
 }
 
@@ -207,6 +221,8 @@ pub struct FramePlan {
     pub unheld_px: f64,
     /// How the loading of the DEM goes on.
     pub streaming: Streaming,
+    /// Finding out what is in view, of methods where that is a step of its own; 0 for the others.
+    pub cull: StageTime,
 }
 
 impl FramePlan {
@@ -221,6 +237,7 @@ impl FramePlan {
         self.morph = None;
         self.unheld_px = 0.0;
         self.streaming = Streaming::default();
+        self.cull = StageTime::default();
     }
 
     /// Adds a write of plain values at a byte offset. Nothing is added for an empty slice.

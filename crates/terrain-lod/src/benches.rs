@@ -12,6 +12,7 @@ use crate::begun::Begun;
 use crate::bench::{Landed, Sitting, free_folder, open_gpu};
 use crate::cli::BenchArgs;
 use crate::fault::{Cause, Fault};
+use crate::flight_curves::FlightCurves;
 use crate::output::print;
 use crate::record::{Record, record};
 use crate::results::{Results, utc_now};
@@ -32,6 +33,7 @@ struct SuiteFacts<'a> {
     suite: &'a str,
     benches: Vec<&'a str>,
     notes: &'a [String],
+    flight_curves: &'a [FlightCurves],
 }
 
 /// The first column of the rows of all benches.
@@ -92,6 +94,7 @@ fn begin(folder: &Path, file: &SuiteFile, utc: &str) -> Result<Results, Fault> {
         suite: &file.name,
         benches: names(file).collect(),
         notes: &file.notes,
+        flight_curves: &file.flight_curves,
     };
     results.write_json(SUITE_FILE, &facts)?;
     Ok(results)

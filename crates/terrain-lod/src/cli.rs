@@ -169,9 +169,11 @@ impl From<ColourName> for Colour {
 }
 
 /// Where the normals are read that the light falls on.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum NormalsName {
     /// At every pixel
+    #[default]
     Pixel,
     /// At the vertices
     Vertex,
@@ -188,8 +190,8 @@ impl From<NormalsName> for Normals {
 
 #[derive(Debug, Args)]
 pub struct BenchArgs {
-    /// A suite in data/suites (quick, live, htp, htp-window, paper-tin, equal-error, ablation, scaling, smoke), or a TOML file; the flags
-    /// below override it
+    /// A suite in data/suites (quick, live, htp, htp-window, paper-tin, paper-htp, equal-error, ablation, scaling, smoke), or a TOML
+    /// file; the flags below override it
     ///
     /// A suite file has the names of the flags as keys (tolerance_px, leg_px and distance_m with their units), lists where
     /// flags take lists and for group, blocks, layers, geomorph, edge_policy, index_store and threads; dem,
@@ -310,10 +312,9 @@ impl BenchArgs {
         }
     }
 
-    /// How frames and pictures look.
+    /// How frames and pictures look; their normals are the suite's.
     pub fn look(&self) -> Look {
-        let (colour, normals) = (self.colour.map(Colour::from), self.normals.map(Normals::from));
-        Look { colour: colour.unwrap_or_default(), normals: normals.unwrap_or_default(), ..Default::default() }
+        Look { colour: self.colour.map(Colour::from).unwrap_or_default(), ..Default::default() }
     }
 }
 

@@ -1,8 +1,10 @@
-//! `cmp A B`: what has changed between two benches. Counters are compared exactly, times beyond noise.
+//! `cmp A B`: what has changed between two benches, or between two suites of several, bench by bench. Counters are compared
+//! exactly, times beyond noise.
 
 mod columns;
 mod pair;
 mod side;
+mod summary;
 mod write;
 
 use crate::cmp_args::CmpArgs;
@@ -15,13 +17,19 @@ use side::Side;
 
 pub fn run(args: &CmpArgs) -> Result<(), Fault> {
     let (a, b) = (Side::open(&args.a)?, Side::open(&args.b)?);
+    if a.is_suite != b.is_suite {
+        let (suite, bench) = if a.is_suite { (&a.name, &b.name) } else { (&b.name, &a.name) };
+        return Err(Fault::usage(format!(
+            "{suite} is a suite of several benches and {bench} is one; name one of its folders"
+        )));
+    }
     if !args.force {
         refuse_to_mix(&a, &b)?;
     }
     let pairs = Pairs::of(&a, &b);
     print(&write::text(&pairs, &a, &b, args.format))?;
     match args.fail_on {
-        Some(_) if a.rows.len() == pairs.only_in_a.len() => {
+        Some(_) if a.rows() == pairs.only_in_a.len() => {
             let message = format!("{} and {} have no run in common; --fail-on needs one", a.name, b.name);
             Err(Fault::usage(message))
         }
@@ -37,14 +45,21 @@ fn refuse_to_mix(a: &Side, b: &Side) -> Result<(), Fault> {
         let message = format!("{name}: marked INCOMPLETE; finish it with bench --resume, or compare with --force");
         return Err(Fault::usage(message));
     }
-    let common = a.facts.iter().filter_map(|(fact, value)| Some((fact, value, b.facts.get(fact)?)));
-    match common.into_iter().find(|(_, a, b)| a != b) {
-        None => Ok(()),
-        Some((fact, a_value, b_value)) => {
-            let message = format!("{fact} is {a_value} in {} and {b_value} in {}", a.name, b.name);
-            Err(Fault::usage(message + "; --force compares them all the same"))
+    for bench in &a.benches {
+        let Some(other) = b.bench(&bench.name) else { continue };
+        let common = bench.summary.facts.iter().filter_map(|(fact, value)| Some((fact, value, other.facts.get(fact)?)));
+        if let Some((fact, a_value, b_value)) = common.into_iter().find(|(_, a, b)| a != b) {
+            let [a, b] = [a, b].map(|side| place(side, &bench.name));
+            let message = format!("{fact} is {a_value} in {a} and {b_value} in {b}");
+            return Err(Fault::usage(message + "; --force compares them all the same"));
         }
     }
+    Ok(())
+}
+
+/// A bench as the user finds it.
+fn place(side: &Side, bench: &str) -> String {
+    if bench.is_empty() { side.name.clone() } else { format!("{bench} of {}", side.name) }
 }
 
 /// A run that B lacks counts as worse: a method that is not flown any more must not pass. Further runs in B are none.
@@ -74,7 +89,7 @@ mod tests {
     use super::*;
 
     fn comparison(measure: &str, ratio: Option<f64>, verdict: Verdict) -> Comparison {
-        let who = crate::compare::Who { method: "tin", setting: "", tolerance_px: 1.0 };
+        let who = crate::compare::Who { bench: "", method: "tin", setting: "", tolerance_px: 1.0 };
         Comparison { ratio, ..who.compare(measure, Some(1.0), Some(1.0), verdict) }
     }
 

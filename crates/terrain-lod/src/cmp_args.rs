@@ -8,8 +8,8 @@ use crate::parse::parse_percent;
 
 #[derive(Debug, Args)]
 pub struct CmpArgs {
-    /// What was: a result folder, or its summary.json or summary.csv (which has no repeats: intervals are then put
-    /// together from its columns)
+    /// What was: a result folder, that of a suite of several benches, or a summary.json or summary.csv (which has no
+    /// repeats: intervals are then put together from its columns)
     #[arg(value_name = "A")]
     pub a: PathBuf,
     /// What is now

@@ -9,6 +9,9 @@ use crate::output::tidy;
 /// One number of a run, in A and in B.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Comparison {
+    /// Of a suite of several; empty where there is one bench.
+    #[serde(skip_serializing_if = "String::is_empty")]
+    pub bench: String,
     pub method: String,
     pub setting: String,
     pub tolerance_px: f64,
@@ -27,6 +30,7 @@ pub struct Comparison {
 /// The run that is compared.
 #[derive(Clone, Copy)]
 pub struct Who<'a> {
+    pub bench: &'a str,
     pub method: &'a str,
     pub setting: &'a str,
     pub tolerance_px: f64,
@@ -36,6 +40,7 @@ impl Who<'_> {
     /// A comparison without an interval yet.
     pub fn compare(&self, measure: &str, a: Option<f64>, b: Option<f64>, verdict: Verdict) -> Comparison {
         Comparison {
+            bench: self.bench.into(),
             method: self.method.into(),
             setting: self.setting.into(),
             tolerance_px: self.tolerance_px,

@@ -119,6 +119,10 @@ impl EqualError {
         for measure in &self.measures {
             for cost in &self.costs {
                 let rows: Vec<_> = rows.iter().filter(|row| row.measure == *measure && row.cost == *cost).collect();
+                // Without a GPU there are no frame times.
+                if rows.iter().all(|row| row.value.is_none()) {
+                    continue;
+                }
                 let name = |name: &str| name.replace('_', " ");
                 let _ = write!(text, "\n{} by {}\n\n{}", name(cost), name(measure), self.table(&rows));
             }
@@ -160,9 +164,13 @@ impl EqualErrorRow {
 
 /// Bench, method, and the settings that are not swept.
 fn family(record: &Record) -> [String; 3] {
-    let setting = named(record, "setting");
+    [named(record, "bench"), named(record, "method"), without_swept(&named(record, "setting"))]
+}
+
+/// The words of a setting that make a family.
+pub fn without_swept(setting: &str) -> String {
     let words = setting.split(' ').filter(|word| !SWEPT.iter().any(|swept| word.starts_with(swept)));
-    [named(record, "bench"), named(record, "method"), words.collect::<Vec<_>>().join(" ")]
+    words.collect::<Vec<_>>().join(" ")
 }
 
 fn row_of([bench, method, family]: &[String; 3], measure: &str, error_px: f64, cost: &str, at: Cost) -> EqualErrorRow {
@@ -192,7 +200,7 @@ pub fn at(points: &[Point], error_px: f64, costs: usize) -> Vec<Cost> {
 }
 
 /// The points that no other beats in error and first cost at once, by rising error and falling cost.
-fn front(points: &[Point]) -> Vec<&Point> {
+pub fn front(points: &[Point]) -> Vec<&Point> {
     let mut sorted: Vec<(&Point, f64)> = points.iter().filter_map(|p| Some((p, *p.costs.first()?.as_ref()?))).collect();
     sorted.sort_by(|a, b| a.0.error_px.total_cmp(&b.0.error_px).then(a.1.total_cmp(&b.1)));
     let mut cheapest = f64::INFINITY;

@@ -4,7 +4,7 @@ use serde::Serialize;
 use terrain_core::error::{ErrorDistribution, ErrorOracle};
 use terrain_core::popping::{Popping, TriangleSet};
 use terrain_core::watertight::{WatertightOracle, Watertightness};
-use terrain_core::{BufferSizes, FramePlan, FrameStats, Heightmap, IndexFormat, MeshMirror, View};
+use terrain_core::{BufferSizes, FramePlan, FrameStats, Heightmap, IndexFormat, MeshMirror, View, triangles_by_level};
 
 use crate::fault::{Cause, Fault};
 use crate::interrupt;
@@ -54,6 +54,8 @@ pub struct ErrorFrame {
     pub stand_ins: u64,
     pub unheld_px: f64,
     pub resident_bytes: u64,
+    /// From level 0 on, with spaces between them, up to the last that has any.
+    pub triangles_by_level: String,
 }
 
 /// The error pass of one run.
@@ -208,6 +210,13 @@ impl<'a> Judge<'a> {
             stand_ins: plan.streaming.cells_missing,
             unheld_px: tidy(plan.unheld_px),
             resident_bytes: plan.streaming.resident_bytes,
+            triangles_by_level: levels_text(&triangles_by_level(&self.mirror)),
         })
     }
+}
+
+/// `120 0 31`: level 0 first.
+fn levels_text(levels: &[u64]) -> String {
+    let count = levels.iter().rposition(|triangles| *triangles > 0).map_or(0, |last| last + 1);
+    levels[..count].iter().map(u64::to_string).collect::<Vec<_>>().join(" ")
 }

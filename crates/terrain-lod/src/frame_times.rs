@@ -20,6 +20,8 @@ struct Flight {
     plan_ms: Vec<f64>,
     encode_ms: Vec<f64>,
     gpu_ms: Vec<f64>,
+    cull_ms: Vec<f64>,
+    upload_ms: Vec<f64>,
     cpu_ms: Vec<f64>,
 }
 
@@ -27,7 +29,7 @@ struct Flight {
 type Statistic = (&'static str, fn(&Flight) -> Option<f64>);
 
 /// The statistics by their columns.
-const STATISTICS: [Statistic; 13] = [
+const STATISTICS: [Statistic; 15] = [
     ("fps_mean", |f| mean(&f.frame_ms).map(fps)),
     ("fps_low_1pct", |f| mean(slowest_percent(&f.frame_ms)).map(fps)),
     ("frame_ms_p50", |f| percentile(&f.frame_ms, 0.5)),
@@ -40,6 +42,8 @@ const STATISTICS: [Statistic; 13] = [
     ("plan_ms_p99", |f| percentile(&f.plan_ms, 0.99)),
     ("encode_ms_p50", |f| percentile(&f.encode_ms, 0.5)),
     ("gpu_ms_p50", |f| percentile(&f.gpu_ms, 0.5)),
+    ("cull_ms_p50", |f| percentile(&f.cull_ms, 0.5)),
+    ("upload_ms_p50", |f| percentile(&f.upload_ms, 0.5)),
     ("cpu_ms_mean", |f| mean(&f.cpu_ms)),
 ];
 
@@ -93,6 +97,9 @@ impl Flight {
             plan_ms: sorted(|f| Some(f.plan_ms)),
             encode_ms: sorted(|f| f.encode_ms),
             gpu_ms: sorted(|f| f.gpu_ms),
+            // A method that has no such step says 0.
+            cull_ms: sorted(|f| (f.cull_ms > 0.0).then_some(f.cull_ms)),
+            upload_ms: sorted(|f| f.upload_ms),
             // Of frames that were drawn: CPU time of the plan alone would be another number.
             cpu_ms: sorted(|f| f.frame_ms.map(|_| f.cpu_ms)),
         }

@@ -19,6 +19,7 @@ mod dry_run;
 mod equal_error;
 mod error_pass;
 mod fault;
+mod flight_curves;
 mod frame_times;
 mod interrupt;
 mod interval;

@@ -84,7 +84,7 @@ pub enum Values {
 }
 
 impl Values {
-    fn contains(&self, value: &str) -> bool {
+    pub fn contains(&self, value: &str) -> bool {
         match self {
             Self::One(one) => one == value,
             Self::Any(any) => any.iter().any(|one| one == value),
@@ -121,9 +121,8 @@ impl Pivot {
         if self.rows.is_empty() || self.values.is_empty() {
             return Err(refuse("expected rows and values"));
         }
-        let is_known = |name: &str| ["bench", "changed"].contains(&name) || SETTINGS.contains(&name);
         let mut names = self.rows.iter().chain(&self.columns).chain(self.only.keys()).chain(&self.ratio_within);
-        if let Some(name) = names.find(|name| !is_known(name) && validate_columns([*name]).is_err()) {
+        if let Some(name) = names.find(|name| *name != "changed" && !is_name(name)) {
             return Err(refuse(&format!("{name} is no column of summary.csv and no setting")));
         }
         if !self.paper.is_empty() && self.columns.is_some() && self.values.len() > 1 {
@@ -243,6 +242,11 @@ impl Line<'_> {
             false => words.join(" "),
         }
     }
+}
+
+/// Whether a record may have it: a column of the summary, a setting of any method, or the bench.
+pub fn is_name(name: &str) -> bool {
+    name == "bench" || SETTINGS.contains(&name) || validate_columns([&name.to_owned()]).is_ok()
 }
 
 fn has_all(record: &Record, values: &BTreeMap<String, Values>) -> bool {

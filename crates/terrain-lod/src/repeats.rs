@@ -10,7 +10,7 @@ use crate::summary::SummaryRow;
 
 /// The two sets of flights of one run, compared by the time that stands for it.
 pub fn check_aa(row: &SummaryRow, a: &RepeatTimes, b: &RepeatTimes) -> Option<Comparison> {
-    let who = Who { method: &row.method, setting: &row.setting, tolerance_px: row.tolerance_px };
+    let who = Who { bench: "", method: &row.method, setting: &row.setting, tolerance_px: row.tolerance_px };
     who.compare_times(a.headline(), a, b)
 }
 

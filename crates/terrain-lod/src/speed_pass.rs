@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 
 use cpu_time::ProcessTime;
 use serde::{Deserialize, Serialize};
-use terrain_core::{FramePlan, View, WorkReport};
+use terrain_core::{FramePlan, FrameStats, View, WorkReport};
 use terrain_renderer::{FrameTimes, Look, MethodBuffers, Renderer};
 
 use crate::attempt::attempt;
@@ -41,6 +41,12 @@ pub struct SpeedFrame {
     /// CPU time of the whole process.
     pub cpu_ms: f64,
     pub draw_calls: Option<u32>,
+    /// Triangles that the updates made.
+    #[serde(default)]
+    pub updated_triangles: u64,
+    /// Finding out what is in view, of methods where that is a step of its own.
+    #[serde(default)]
+    pub cull_ms: f64,
 }
 
 /// Which flights of a run: in an A/A check there are two sets that differ in nothing.
@@ -143,6 +149,8 @@ fn fly(
             gpu_ms: times.and_then(|t| t.gpu).map(ms),
             cpu_ms: ms(cpu_time),
             draw_calls: times.map(|t| t.draw_calls),
+            updated_triangles: FrameStats::of(&plan).updated_triangles,
+            cull_ms: ms(plan.cull.0),
         });
         progress.step();
     }

@@ -15,9 +15,10 @@ use terrain_core::Heightmap;
 use crate::choices::{
     BatchingName, EdgePolicyName, IndexStoreName, LoadingName, MetricName, ScheduleName, SelectorName, TriangulatorName,
 };
-use crate::cli::{BenchArgs, MethodArgs, SubmissionName};
+use crate::cli::{BenchArgs, MethodArgs, NormalsName, SubmissionName};
 use crate::equal_error::EqualError;
 use crate::fault::Fault;
+use crate::flight_curves::FlightCurves;
 use crate::methods::{MethodName, Run, Settings};
 use crate::pivot::Pivot;
 
@@ -124,6 +125,8 @@ pub struct Suite {
     pub threads: Vec<u16>,
     /// As `--submission`.
     pub submission: SubmissionName,
+    /// As `--normals`.
+    pub normals: NormalsName,
     /// As `--size`.
     pub size_px: [u32; 2],
     /// As `--frames`: evenly over the flight; without it as many as the flight has at its own steps a second.
@@ -142,6 +145,8 @@ pub struct Suite {
     pub tables: Vec<Pivot>,
     /// What families of runs cost at one measured error; at the top of the file alone.
     pub equal_error: Vec<EqualError>,
+    /// Charts over the flight for `report`; at the top of the file alone.
+    pub flight_curves: Vec<FlightCurves>,
     /// Several benches, each with a `name` and the fields in which it differs; see [`SuiteFile`]. Empty: the suite is one.
     #[serde(skip_serializing)]
     pub benches: Vec<toml::Table>,
@@ -186,6 +191,7 @@ impl Default for Suite {
             loading: LoadingName::default(),
             threads: vec![1],
             submission: SubmissionName::default(),
+            normals: NormalsName::default(),
             size_px: [640, 360],
             frames: None,
             repeats: 3,
@@ -195,6 +201,7 @@ impl Default for Suite {
             warm_up: 10,
             tables: Vec::new(),
             equal_error: Vec::new(),
+            flight_curves: Vec::new(),
             benches: Vec::new(),
         }
     }
@@ -221,6 +228,7 @@ impl Suite {
         override_with(&mut suite.window_mib, &args.window_mib);
         override_with(&mut suite.step, &args.step);
         override_with(&mut suite.submission, &args.submission);
+        override_with(&mut suite.normals, &args.normals);
         override_with(&mut suite.size_px, &args.size);
         override_with(&mut suite.repeats, &args.repeats);
         override_with(&mut suite.max_repeats, &args.max_repeats);

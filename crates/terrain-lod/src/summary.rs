@@ -133,6 +133,15 @@ pub struct SummaryRow {
     pub update_ms_max: Option<f64>,
     pub update_ms_min: Option<f64>,
     pub update_ms_mean: Option<f64>,
+    /// From level 0 on, with spaces between them.
+    #[serde(default)]
+    pub triangles_by_level_mean: String,
+    /// Finding out what is in view, of methods where that is a step of its own.
+    #[serde(default)]
+    pub cull_ms_p50: Option<f64>,
+    /// Writing the plan's uploads into the buffers.
+    #[serde(default)]
+    pub upload_ms_p50: Option<f64>,
     pub threads: usize,
     pub submission: String,
     /// Flights in the speed pass.
@@ -205,6 +214,7 @@ pub fn fill_errors(row: &mut SummaryRow, flight: &ErrorFlight, tolerance: usize)
     row.displacement_px_max = measured(errors.displacements().max_px().into());
     row.displacement_px_p99 = measured(errors.displacements().percentile_px(0.99).into());
     fill_popping(row, popping);
+    row.triangles_by_level_mean = mean_by_level(frames);
     row.popping_samples_mean = mean(later, |f| f.popping_samples);
     row.changed_triangles_mean = mean(later, |f| f.changed_triangles);
     row.resident_bytes = frames.iter().map(|f| f.resident_bytes).max().filter(|bytes| *bytes > 0);
@@ -269,6 +279,8 @@ pub fn fill_speed(row: &mut SummaryRow, frames: &[SpeedFrame], times: &RepeatTim
     row.plan_ms_p99 = times.median("plan_ms_p99");
     row.encode_ms_p50 = times.median("encode_ms_p50");
     row.gpu_ms_p50 = times.median("gpu_ms_p50");
+    row.cull_ms_p50 = times.median("cull_ms_p50");
+    row.upload_ms_p50 = times.median("upload_ms_p50");
     row.cpu_ms_mean = times.median("cpu_ms_mean");
     row.frame_ms_p999 = times.median("frame_ms_p999");
     row.fps_low_1pct = times.median("fps_low_1pct");
@@ -288,6 +300,20 @@ pub fn fill_speed(row: &mut SummaryRow, frames: &[SpeedFrame], times: &RepeatTim
 fn mean(frames: &[ErrorFrame], count: fn(&ErrorFrame) -> u64) -> Option<f64> {
     let counts: Vec<f64> = frames.iter().map(|f| count(f) as f64).collect();
     mean_of(&counts)
+}
+
+/// Whole triangles, level by level.
+fn mean_by_level(frames: &[ErrorFrame]) -> String {
+    let mut sums: Vec<u64> = Vec::new();
+    for frame in frames {
+        for (level, triangles) in frame.triangles_by_level.split(' ').filter_map(|text| text.parse().ok()).enumerate() {
+            let triangles: u64 = triangles;
+            sums.resize(sums.len().max(level + 1), 0);
+            sums[level] += triangles;
+        }
+    }
+    let mean = |sum: &u64| ((*sum as f64 / frames.len() as f64).round() as u64).to_string();
+    sums.iter().map(mean).collect::<Vec<_>>().join(" ")
 }
 
 fn mean_of(numbers: &[f64]) -> Option<f64> {

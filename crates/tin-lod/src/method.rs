@@ -3,10 +3,11 @@
 
 use std::ops::Range;
 use std::sync::Arc;
+use std::time::Instant;
 
 use terrain_core::{
     Aabb, BakedVertex, Buffer, BufferSizes, Draw, FramePlan, Growth, Heightmap, IndexFormat, LodMethod, PatchTag,
-    VertexKind, View,
+    StageTime, VertexKind, View,
 };
 
 use crate::cull::PatchTree;
@@ -254,7 +255,9 @@ impl LodMethod for Tin {
         plan.clear();
         let index_bytes = self.index_bytes();
         self.initialise(plan);
+        let start = Instant::now();
         self.tree.visible(view, self.culling, &mut self.visible);
+        plan.cull = StageTime(start.elapsed());
         self.update(view, plan);
         if self.index_bytes() > index_bytes {
             plan.growths.push(Growth { buffer: Buffer::Indices, bytes: self.index_bytes() });

@@ -35,6 +35,7 @@ fn baked_draws_become_triangles() {
     assert_eq!(mirror.degenerate().len(), 1, "three samples of one row");
     plan.uploads.clear();
     assert_eq!(mirror.replay(&plan), Ok(false), "nothing uploaded, same draws");
+    assert_eq!(crate::triangles_by_level(&mirror)[..3], [0, 3, 0], "the level stands in the draw");
 }
 
 #[test]
@@ -112,6 +113,7 @@ fn heights_come_from_the_tiles_that_a_method_brings_along() {
     assert_eq!(mirror.replay(&plan), Ok(true));
     let heights: Vec<_> = mirror.triangles().iter().map(|triangle| triangle.heights_m).collect();
     assert_eq!(heights, [[20.0, 120.0, 40.0], [20.0, 70.0, 30.0]]);
+    assert_eq!(crate::triangles_by_level(&mirror)[..3], [1, 1, 0], "the level stands in the instance");
 
     plan.draws[0].instances = 2..3;
     let unwritten = mirror.replay(&plan);

@@ -3,7 +3,8 @@
 use std::cmp::Ordering;
 
 use super::columns::{TIMES, is_counter};
-use super::side::{Row, Side};
+use super::side::Side;
+use super::summary::Row;
 use crate::compare::{Comparison, Who};
 use crate::interval::Verdict;
 
@@ -15,18 +16,16 @@ pub struct Pairs {
 }
 
 impl Pairs {
-    /// In the order of A.
+    /// In the order of A, bench by bench.
     pub fn of(a: &Side, b: &Side) -> Self {
-        let partner = |row: &Row, of: &Side| of.rows.iter().find(|other| other.key() == row.key()).cloned();
         let mut comparisons = Vec::new();
-        for row in &a.rows {
-            if let Some(other) = partner(row, b) {
-                comparisons.extend(compare_rows(row, &other));
+        for bench in &a.benches {
+            for row in &bench.summary.rows {
+                if let Some(other) = partner(row, &bench.name, b) {
+                    comparisons.extend(compare_rows(&bench.name, row, other));
+                }
             }
         }
-        let without = |side: &Side, other: &Side| -> Vec<String> {
-            side.rows.iter().filter(|row| partner(row, other).is_none()).map(title).collect()
-        };
         Self { comparisons, only_in_a: without(a, b), only_in_b: without(b, a) }
     }
 
@@ -35,14 +34,26 @@ impl Pairs {
     }
 }
 
-fn title(row: &Row) -> String {
-    let (method, setting, tolerance_px) = row.key();
-    format!("{method} {setting} {tolerance_px} px")
+fn partner<'a>(row: &Row, bench: &str, of: &'a Side) -> Option<&'a Row> {
+    of.bench(bench)?.rows.iter().find(|other| other.key() == row.key())
 }
 
-fn compare_rows(a: &Row, b: &Row) -> Vec<Comparison> {
+/// The runs of one side that the other lacks.
+fn without(side: &Side, other: &Side) -> Vec<String> {
+    let rows =
+        side.benches.iter().flat_map(|bench| bench.summary.rows.iter().map(move |row| (bench.name.as_str(), row)));
+    rows.filter(|(bench, row)| partner(row, bench, other).is_none()).map(|(bench, row)| title(bench, row)).collect()
+}
+
+fn title(bench: &str, row: &Row) -> String {
+    let (method, setting, tolerance_px) = row.key();
+    let bench = if bench.is_empty() { String::new() } else { format!("{bench}: ") };
+    format!("{bench}{method} {setting} {tolerance_px} px")
+}
+
+fn compare_rows(bench: &str, a: &Row, b: &Row) -> Vec<Comparison> {
     let tolerance_px = a.number("tolerance_px").unwrap_or(0.0);
-    let who = Who { method: a.text("method"), setting: a.text("setting"), tolerance_px };
+    let who = Who { bench, method: a.text("method"), setting: a.text("setting"), tolerance_px };
     let failed = [a, b].map(|row| f64::from(u8::from(!row.text("err").is_empty())));
     let mut found = Vec::new();
     if failed[0] != failed[1] {

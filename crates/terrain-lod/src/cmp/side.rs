@@ -1,125 +1,95 @@
-//! One of the two benches of a comparison.
+//! What a path of the command line names: one bench, or a suite of several.
 
-use std::collections::BTreeMap;
-use std::fs;
 use std::path::Path;
 
 use serde::Deserialize;
-use serde_json::{Map, Value};
 
-use super::columns::{MACHINE_FACTS, ROW_FACTS};
+use super::summary::{Row, Summary};
+use crate::benches::SUITE_FILE;
 use crate::fault::{Cause, Fault};
-use crate::frame_times::RepeatTimes;
-use crate::interval::Interval;
 use crate::results::Results;
-use crate::summary_file::SCHEMA;
 
-/// What a folder, or a file of its summary, says.
+/// One of the two sides of a comparison.
 pub struct Side {
     /// As the user named it.
     pub name: String,
+    pub is_suite: bool,
     pub is_incomplete: bool,
-    /// What must be equal on both sides, as far as both know it.
-    pub facts: BTreeMap<String, Value>,
-    pub rows: Vec<Row>,
+    /// One, without a name, or those of a suite.
+    pub benches: Vec<Bench>,
 }
 
-/// A row of the summary.
-#[derive(Clone, Debug, Default)]
-pub struct Row {
-    /// By column; texts, numbers, and null for what was not measured.
-    pub columns: Map<String, Value>,
-    /// Empty in a CSV.
-    pub times: RepeatTimes,
+pub struct Bench {
+    /// Empty where there is only one.
+    pub name: String,
+    pub summary: Summary,
 }
 
-/// `summary.json` as far as a comparison reads it.
+/// `suite.json` as far as a comparison reads it.
 #[derive(Deserialize)]
-struct File {
-    schema: u32,
-    machine: Value,
-    rows: Vec<FileRow>,
-}
-
-#[derive(Deserialize)]
-struct FileRow {
-    #[serde(default)]
-    repeat_times: RepeatTimes,
-    #[serde(flatten)]
-    columns: Map<String, Value>,
+struct SuiteFacts {
+    benches: Vec<String>,
 }
 
 impl Side {
-    /// A result folder, or one of its summaries.
+    /// A result folder, that of a suite, or a summary of one of them.
     pub fn open(path: &Path) -> Result<Self, Fault> {
         let name = path.display().to_string();
-        let file = if path.is_dir() { path.join("summary.json") } else { path.to_path_buf() };
-        let text = fs::read_to_string(&file)
-            .map_err(|e| Fault::read(&file, &e, "a result folder, or its summary.json or summary.csv"))?;
-        let is_csv = file.extension().is_some_and(|ending| ending == "csv");
-        let read = if is_csv { read_csv(&text) } else { read_json(&text) };
-        let (mut facts, rows) =
-            read.map_err(|reason| Fault::new(Cause::BadInput, format_args!("{}: {reason}", file.display())))?;
-        if let Some(row) = rows.first() {
-            let of_row = ROW_FACTS.iter().filter_map(|fact| Some((fact.to_string(), row.columns.get(*fact)?.clone())));
-            facts.extend(of_row);
-        }
         let is_incomplete = path.is_dir() && Results::at(path).is_incomplete();
-        Ok(Self { name, is_incomplete, facts, rows })
+        if let Some(SuiteFacts { benches }) = suite_facts(path)? {
+            let is_begun = |bench: &&String| !is_incomplete || path.join(bench).join("summary.json").exists();
+            let open = |bench: &String| Ok(Bench { name: bench.clone(), summary: Summary::open(&path.join(bench))? });
+            let benches = benches.iter().filter(is_begun).map(open).collect::<Result<_, Fault>>()?;
+            return Ok(Self { name, is_suite: true, is_incomplete, benches });
+        }
+        let benches = by_bench(Summary::open(path)?);
+        Ok(Self { name, is_suite: benches.iter().any(|bench| !bench.name.is_empty()), is_incomplete, benches })
+    }
+
+    pub fn bench(&self, name: &str) -> Option<&Summary> {
+        self.benches.iter().find(|bench| bench.name == name).map(|bench| &bench.summary)
+    }
+
+    pub fn rows(&self) -> usize {
+        self.benches.iter().map(|bench| bench.summary.rows.len()).sum()
     }
 }
 
-impl Row {
-    pub fn text(&self, column: &str) -> &str {
-        self.columns.get(column).and_then(Value::as_str).unwrap_or_default()
+fn suite_facts(path: &Path) -> Result<Option<SuiteFacts>, Fault> {
+    // The folder of one bench of a suite has no such file.
+    if !path.is_dir() {
+        return Ok(None);
     }
-
-    pub fn number(&self, column: &str) -> Option<f64> {
-        self.columns.get(column).and_then(Value::as_f64)
-    }
-
-    /// Method, setting, and tolerance as text: the same for partners.
-    pub fn key(&self) -> (&str, &str, String) {
-        (self.text("method"), self.text("setting"), self.number("tolerance_px").unwrap_or(0.0).to_string())
-    }
-
-    /// A time with the ends of its interval, from the columns.
-    pub fn interval(&self, column: &str) -> Option<Interval> {
-        let end = |end: &str| self.number(&format!("{column}_{end}"));
-        Some(Interval { estimate: self.number(column)?, low: end("low")?, high: end("high")? })
+    let facts = Results::at(path).read_json(SUITE_FILE)?;
+    match &facts {
+        Some(SuiteFacts { benches }) if benches.iter().any(|name| !is_plain(name)) => {
+            let file = path.join(SUITE_FILE);
+            Err(Fault::new(Cause::BadInput, format_args!("{}: benches; expected names of folders", file.display())))
+        }
+        _ => Ok(facts),
     }
 }
 
-fn read_json(text: &str) -> Result<(BTreeMap<String, Value>, Vec<Row>), String> {
-    let file: File = serde_json::from_str(text).map_err(|e| format!("no summary.json: {e}"))?;
-    if file.schema != SCHEMA {
-        return Err(format!("schema {}; expected {SCHEMA}", file.schema));
-    }
-    let fact =
-        |place: &&str| Some((place.trim_start_matches('/').replace('/', "."), file.machine.pointer(place)?.clone()));
-    let facts = MACHINE_FACTS.iter().filter_map(fact).collect();
-    let rows = file.rows.into_iter().map(|FileRow { repeat_times: times, columns }| Row { columns, times });
-    Ok((facts, rows.collect()))
+fn is_plain(name: &str) -> bool {
+    let mut parts = Path::new(name).components();
+    matches!((parts.next(), parts.next()), (Some(std::path::Component::Normal(_)), None))
 }
 
-fn read_csv(text: &str) -> Result<(BTreeMap<String, Value>, Vec<Row>), String> {
-    let mut reader = csv::Reader::from_reader(text.as_bytes());
-    let header = reader.headers().map_err(|e| e.to_string())?.clone();
-    if !header.iter().any(|column| column == "method") {
-        return Err("no summary.csv: no column method".into());
+/// The summary of a suite has its bench in a column.
+fn by_bench(summary: Summary) -> Vec<Bench> {
+    let bench = |row: &Row| row.text("bench").to_owned();
+    let mut benches: Vec<Bench> = Vec::new();
+    let Summary { facts, rows } = summary;
+    for row in rows {
+        let name = bench(&row);
+        match benches.iter_mut().find(|bench| bench.name == name) {
+            Some(bench) => bench.summary.rows.push(row),
+            None => benches.push(Bench { name, summary: Summary { facts: facts.clone(), rows: vec![row] } }),
+        }
     }
-    let row = |record: csv::StringRecord| {
-        let columns = header.iter().map(str::to_string).zip(record.iter().map(cell)).collect();
-        Row { columns, times: RepeatTimes::default() }
-    };
-    let rows: Result<Vec<Row>, csv::Error> = reader.records().map(|record| record.map(row)).collect();
-    Ok((BTreeMap::new(), rows.map_err(|e| e.to_string())?))
-}
-
-/// As JSON has it: a number where it is one, null where nothing was measured.
-fn cell(text: &str) -> Value {
-    match text {
-        "" => Value::Null,
-        _ => serde_json::from_str::<serde_json::Number>(text).map_or_else(|_| text.into(), Value::Number),
+    if benches.is_empty() {
+        benches.push(Bench { name: String::new(), summary: Summary { facts, rows: Vec::new() } });
     }
+    benches.iter_mut().for_each(|bench| bench.summary.take_facts_of_rows());
+    benches
 }

@@ -34,8 +34,12 @@ fn markdown(pairs: &Pairs, a: &Side, b: &Side) -> String {
     let says_something = |c: &&Comparison| c.low.is_some() || c.verdict != Verdict::Same;
     let shown: Vec<&Comparison> = pairs.comparisons.iter().filter(says_something).collect();
     let mut text = format!("A = {}, B = {}\n\n", a.name, b.name);
-    if !shown.is_empty() {
-        text += &(table(&COLUMNS, &shown) + "\n");
+    for of_bench in shown.chunk_by(|a, b| a.bench == b.bench) {
+        match of_bench[0].bench.as_str() {
+            "" => {}
+            bench => text += &format!("## {bench}\n\n"),
+        }
+        text += &(table(&COLUMNS, of_bench) + "\n");
     }
     let [worse, better, same] = [Verdict::Worse, Verdict::Better, Verdict::Same].map(|verdict| pairs.count(verdict));
     text += &format!("{worse} worse, {better} better, {same} same");

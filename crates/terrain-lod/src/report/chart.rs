@@ -15,6 +15,7 @@ use std::fmt::Write;
 
 use crate::report::axis::Axis;
 use crate::report::html::escape;
+use crate::report::look::Look;
 use crate::report::runs::Run;
 
 pub const CHART_CSS: &str = include_str!("chart.css");
@@ -30,10 +31,17 @@ const KEY_HEIGHT: f64 = 18.0;
 /// Around a chart in a file of its own; in the page, it lines up with the text.
 const MARGIN: f64 = 12.0;
 
+/// What a look stands for.
+#[derive(Clone)]
+pub struct Key {
+    pub look: Look,
+    pub label: String,
+}
+
 /// A chart without its frame drawn.
 pub struct Chart {
     /// In the page and as a file's name.
-    pub id: &'static str,
+    pub id: String,
     pub title: String,
     pub x_label: &'static str,
     pub y_label: String,
@@ -43,6 +51,8 @@ pub struct Chart {
     pub marks: String,
     /// Whether the x axis counts frames: then the script draws the shared cursor.
     pub has_cursor: bool,
+    /// What its marks are, where that is not the runs of the page's legend.
+    pub keys: Vec<Key>,
 }
 
 impl Chart {
@@ -54,31 +64,22 @@ impl Chart {
             false => String::new(),
         };
         format!(
-            "<svg class=\"chart\" viewBox=\"0 0 {WIDTH} {HEIGHT}\" role=\"img\" aria-labelledby=\"{0}-title\"{cursor}>\
-             <title id=\"{0}-title\">{1}</title>\n{2}</svg>\n",
+            "<svg class=\"chart\" viewBox=\"0 0 {WIDTH} {}\" role=\"img\" aria-labelledby=\"{1}-title\"{cursor}>\
+             <title id=\"{1}-title\">{2}</title>\n{3}{4}</svg>\n",
+            HEIGHT + height(&self.keys),
             self.id,
             escape(&self.title),
-            self.content()
+            self.content(),
+            legend(&self.keys)
         )
     }
 
-    /// The chart as a file, with a legend of all runs.
+    /// The chart as a file, with its legend, or that of the runs.
     pub fn file(&self, runs: &[Run]) -> String {
-        let columns = if runs.len() > 6 { 2 } else { 1 };
-        let (width, height) =
-            (WIDTH + MARGIN, HEIGHT + runs.len().div_ceil(columns) as f64 * KEY_HEIGHT + 2.0 * MARGIN);
-        let mut legend = String::new();
-        for (i, run) in runs.iter().enumerate() {
-            let x = X_ENDS[0] + (i % columns) as f64 * 265.0;
-            let y = HEIGHT + (i / columns) as f64 * KEY_HEIGHT;
-            let _ = writeln!(
-                legend,
-                "<g class=\"{}\" transform=\"translate({x} {y})\">{}<text x=\"42\" y=\"11\">{}</text></g>",
-                run.look.classes(),
-                run.look.sample(),
-                escape(&run.label)
-            );
-        }
+        let of_runs = runs.iter().map(|run| Key { look: run.look, label: run.label.clone() });
+        let keys = if self.keys.is_empty() { of_runs.collect() } else { self.keys.clone() };
+        let (width, height) = (WIDTH + MARGIN, HEIGHT + height(&keys) + 2.0 * MARGIN);
+        let legend = legend(&keys);
         format!(
             "<svg xmlns=\"http://www.w3.org/2000/svg\" class=\"chart\" viewBox=\"-{MARGIN} -{MARGIN} {width} {height}\" \
              width=\"{width}\" height=\"{height}\" role=\"img\">\n<title>{}</title>\n<style>\n{CHART_CSS}</style>\n\
@@ -139,6 +140,33 @@ impl Chart {
     }
 }
 
+/// Many keys stand in two columns.
+fn columns(keys: &[Key]) -> usize {
+    if keys.len() > 6 { 2 } else { 1 }
+}
+
+/// Of the legend.
+fn height(keys: &[Key]) -> f64 {
+    keys.len().div_ceil(columns(keys)) as f64 * KEY_HEIGHT
+}
+
+/// The legend under the chart.
+fn legend(keys: &[Key]) -> String {
+    let mut legend = String::new();
+    for (i, Key { look, label }) in keys.iter().enumerate() {
+        let x = X_ENDS[0] + (i % columns(keys)) as f64 * 265.0;
+        let y = HEIGHT + (i / columns(keys)) as f64 * KEY_HEIGHT;
+        let _ = writeln!(
+            legend,
+            "<g class=\"{}\" transform=\"translate({x} {y})\">{}<text x=\"42\" y=\"11\">{}</text></g>",
+            look.classes(),
+            look.sample(),
+            escape(label)
+        );
+    }
+    legend
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -147,7 +175,7 @@ mod tests {
     fn chart() -> Chart {
         let axis = |ends| Axis::fit([1.0, 2.0].into_iter(), Scale::Linear, ends);
         Chart {
-            id: "c",
+            id: "c".into(),
             title: "a < b".into(),
             x_label: "x",
             y_label: "ms".into(),
@@ -155,6 +183,7 @@ mod tests {
             y: axis(Y_ENDS),
             marks: String::new(),
             has_cursor: false,
+            keys: Vec::new(),
         }
     }
 

@@ -14,7 +14,7 @@ use crate::report::runs::Run;
 use crate::report::sheet::Sheet;
 
 /// More points than this are no more than a chart's pixels can show.
-const MOST_POINTS: u32 = 600;
+pub const MOST_POINTS: u32 = 600;
 
 /// One number a frame.
 struct Measure {
@@ -81,8 +81,9 @@ pub fn of(folder: &Folder, runs: &[Run]) -> Result<Curves, Fault> {
     for (measure, of_runs) in found {
         let series =
             of_runs.into_iter().map(|(run, values)| thinned(runs[run].look, &values, last, width)).collect::<Vec<_>>();
-        curves.charts.push(chart(measure, &series, last));
-        json.push(format!("\"{}\":{}", measure.id, values_json(&series)));
+        let id = folder.id(measure.id);
+        json.push(format!("\"{id}\":{}", values_json(&series)));
+        curves.charts.push(chart(id, measure, &series, last));
     }
     let frames: Vec<String> = (0..=last / width).map(|point| (point * width).to_string()).collect();
     curves.values =
@@ -121,12 +122,12 @@ fn thinned(look: Look, values: &ByFrame, last: u32, width: u32) -> Series {
     Series { look, points }
 }
 
-fn chart(measure: &Measure, series: &[Series], last: u32) -> Chart {
+fn chart(id: String, measure: &Measure, series: &[Series], last: u32) -> Chart {
     let values = marks::values(series);
     let x = Axis::counting([0.0, last.into()], X_ENDS);
     let y = Axis::fit(values.clone(), Axis::scale_for(values), Y_ENDS);
     Chart {
-        id: measure.id,
+        id,
         title: measure.title.into(),
         x_label: "frame",
         y_label: format!("{}{}", measure.unit, if y.is_log() { ", logarithmic" } else { "" }),
@@ -134,6 +135,7 @@ fn chart(measure: &Measure, series: &[Series], last: u32) -> Chart {
         x,
         y,
         has_cursor: true,
+        keys: Vec::new(),
     }
 }
 

@@ -36,7 +36,7 @@ pub fn charts(folder: &Folder, runs: &[Run]) -> Result<Vec<Chart>, Fault> {
             series.push(Series { look, points: cumulative(timed(sheet, column)?) });
         }
         if series.iter().any(Series::has_any) {
-            charts.push(chart(id, title, x_label, &series));
+            charts.push(chart(folder.id(id), title, x_label, &series));
         }
     }
     charts.extend(popping(folder, runs)?);
@@ -61,7 +61,7 @@ fn cumulative(mut values: Vec<f64>) -> Vec<(f64, Option<f64>)> {
     std::iter::once((*first, Some(0.0))).chain(ranks.map(|rank| (values[rank - 1], share(rank)))).collect()
 }
 
-fn chart(id: &'static str, title: &str, x_label: &'static str, series: &[Series]) -> Chart {
+fn chart(id: String, title: &str, x_label: &'static str, series: &[Series]) -> Chart {
     let times = series.iter().flat_map(|series| series.points.iter().map(|(time, _)| *time));
     let x = Axis::fit(times, Scale::Log, X_ENDS);
     let y = Axis::fit([100.0].into_iter(), Scale::Linear, Y_ENDS);
@@ -74,6 +74,7 @@ fn chart(id: &'static str, title: &str, x_label: &'static str, series: &[Series]
         x,
         y,
         has_cursor: false,
+        keys: Vec::new(),
     }
 }
 
@@ -91,7 +92,7 @@ fn popping(folder: &Folder, runs: &[Run]) -> Result<Option<Chart>, Fault> {
     let x = Axis::fit(series.iter().flat_map(|s| s.points.iter().map(|(px, _)| *px)), Scale::Log, X_ENDS);
     let y = Axis::fit(marks::values(&series), Scale::Log, Y_ENDS);
     Ok(Some(Chart {
-        id: "histogram-popping",
+        id: folder.id("histogram-popping"),
         title: "Samples that jump so far when the mesh changes".into(),
         x_label: "jump on the screen, px",
         y_label: "samples of the whole flight, logarithmic".into(),
@@ -99,6 +100,7 @@ fn popping(folder: &Folder, runs: &[Run]) -> Result<Option<Chart>, Fault> {
         x,
         y,
         has_cursor: false,
+        keys: Vec::new(),
     }))
 }
 

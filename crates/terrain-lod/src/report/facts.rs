@@ -1,21 +1,26 @@
-//! What was flown, where, and what a reader must know before any number.
+//! What was flown, and where.
 
 use std::fmt::Write;
 
 use serde_json::Value;
 
-use crate::fault::Fault;
-use crate::report::Report;
+use crate::report::bench_page::BenchPage;
 use crate::report::folder::{Folder, plain};
-use crate::report::headline;
-use crate::report::html::{Column, digits, escape, number, table};
+use crate::report::html::{Column, digits, escape, table};
 use crate::report::runs::Run;
+use crate::report::whole::{Suite, Whole};
 
-/// The command that made the folder, as a user types it.
-pub fn command(folder: &Folder) -> String {
-    let words = folder.machine["command"].as_array().map(Vec::as_slice).unwrap_or_default();
-    let words: Vec<String> = words.iter().map(|word| quoted(&plain(word))).collect();
-    format!("cargo xtask {}", words.join(" "))
+/// The command that facts were written by, as a user types it; of one bench of a suite, with its name.
+pub fn command(facts: &Value, bench: &str) -> String {
+    let words = facts["command"].as_array().map(Vec::as_slice).unwrap_or_default();
+    let mut words: Vec<String> = words.iter().map(plain).collect();
+    if !bench.is_empty() {
+        match words.iter().position(|word| word == "--benches") {
+            Some(at) if at + 1 < words.len() => words[at + 1] = bench.into(),
+            _ => words.extend(["--benches".into(), bench.into()]),
+        }
+    }
+    format!("cargo xtask {}", words.iter().map(|word| quoted(word)).collect::<Vec<_>>().join(" "))
 }
 
 fn quoted(word: &str) -> String {
@@ -25,66 +30,6 @@ fn quoted(word: &str) -> String {
     } else {
         format!("'{}'", word.replace('\'', "'\\''"))
     }
-}
-
-/// Failures in red, doubts in amber; HTML.
-pub fn warnings(report: &Report) -> Result<String, Fault> {
-    let folder = &report.folder;
-    let mut text = String::new();
-    let mut warn = |class: &str, head: &str, body: &str| {
-        let _ = writeln!(text, "<p class=\"{class}\"><strong>{}</strong> {}</p>", escape(head), escape(body));
-    };
-    if folder.is_incomplete {
-        warn("bad", "Incomplete.", "The bench has not finished. What follows is what it had written: do not trust it.");
-    }
-    for failure in failures(report)? {
-        warn("bad", &failure.0, &failure.1);
-    }
-    let adapter = folder.fact("adapter");
-    if folder.fact("adapter_type") == "software" {
-        let body = format!(
-            "{adapter} draws on the CPU. Frame times here say little about a GPU: compare counts, errors and plan times."
-        );
-        warn("doubt", "Software adapter.", &body);
-    }
-    if !headline::has_frame_times(folder)? {
-        warn("doubt", "No frame times.", "Nothing was drawn or timed on an adapter. Plan times stand in their place.");
-    }
-    if folder.fact("profile") == "debug" {
-        warn("doubt", "Debug build.", "Its times mean nothing.");
-    }
-    if folder.fact("dirty") == "true" {
-        warn("doubt", "Changed sources.", "The checkout had changes that the commit does not name.");
-    }
-    let (load, cores) = (folder.machine["load_average"].as_f64(), folder.machine["cores"].as_f64());
-    if let (Some(load), Some(cores)) = (load, cores)
-        && load > cores
-    {
-        let body = format!(
-            "Its load average was {} on {cores} cores when the bench began: times are those of a loaded machine.",
-            number(load, 1)
-        );
-        warn("doubt", "Busy machine.", &body);
-    }
-    Ok(text)
-}
-
-/// What is said of each run that failed or has cracks.
-fn failures(report: &Report) -> Result<Vec<(String, String)>, Fault> {
-    let summary = &report.folder.summary;
-    let mut failures = Vec::new();
-    for run in report.runs.iter().filter(|run| !run.rows.is_empty()) {
-        let err = summary.text(run.rows[0], "err");
-        if !err.is_empty() {
-            failures.push((format!("{} failed.", run.label), err.to_owned()));
-        }
-        for (column, pass) in [("cracks", "the error pass"), ("live_cracks", "the live pass")] {
-            if let Some(cracks) = run.number(summary, column)?.filter(|cracks| *cracks > 0.0) {
-                failures.push((format!("{} has cracks.", run.label), format!("{} in {pass}.", number(cracks, 0))));
-            }
-        }
-    }
-    Ok(failures)
 }
 
 /// The facts of what was flown, as a list.
@@ -115,6 +60,11 @@ pub fn flown(folder: &Folder) -> String {
         ("Adapter", adapter),
         ("Machine", format!("{}, {} cores, {}", fact("cpu"), fact("cores"), fact("os"))),
     ];
+    list(&facts)
+}
+
+/// Facts with their names; those without a value are left out.
+fn list(facts: &[(&str, String)]) -> String {
     let mut text = String::from("<dl>\n");
     for (name, value) in facts.iter().filter(|(_, value)| !value.is_empty()) {
         let _ = writeln!(text, "<dt>{name}</dt><dd>{}</dd>", escape(value));
@@ -122,10 +72,44 @@ pub fn flown(folder: &Folder) -> String {
     text + "</dl>\n"
 }
 
-/// All of `machine.json`, a line a fact.
-pub fn machine(folder: &Folder) -> String {
+/// The benches of a suite, a row each, and what is to be known of all.
+pub fn flown_by_suite(whole: &Whole, suite: &Suite, parts: &[BenchPage]) -> String {
+    let notes = suite.facts["notes"].as_array().map(Vec::as_slice).unwrap_or_default();
+    let notes: Vec<String> = notes.iter().map(plain).collect();
+    let facts = [
+        ("Suite", whole.fact("suite")),
+        ("Date", whole.fact("utc")),
+        ("Notes", notes.join("; ")),
+        ("Not flown yet", suite.absent.join(", ")),
+    ];
+    let heads = ["bench", "DEM", "samples", "flight", "frames", "picture", "repeats", "runs", "adapter"];
+    let is_number = |head: &str| ["frames", "repeats", "runs"].contains(&head);
+    let columns: Vec<Column> = heads.iter().map(|head| Column::new((*head).into(), is_number(head))).collect();
+    let row = |part: &BenchPage| {
+        let fact = |name: &str| escape(&part.folder.fact(name));
+        let option = |name: &str| escape(&plain(&part.folder.machine["options"][name]));
+        let name = &part.folder.name;
+        let state = if part.folder.is_incomplete { " (incomplete)" } else { "" };
+        let adapter = fact("adapter");
+        vec![
+            format!("<a href=\"#{}\">{}</a>{state}", part.folder.id("flown"), escape(name)),
+            fact("dem"),
+            format!("{} x {}", fact("dem_columns"), fact("dem_rows")),
+            fact("flight"),
+            fact("frames"),
+            format!("{} px", option("size_px").replace(", ", " x ")),
+            option("repeats"),
+            part.runs.len().to_string(),
+            if adapter.is_empty() { "none".into() } else { adapter },
+        ]
+    };
+    list(&facts) + &table(&columns, &parts.iter().map(row).collect::<Vec<_>>())
+}
+
+/// All of `machine.json`, or of another object, a line a fact.
+pub fn of_json(facts: &Value) -> String {
     let mut rows = Vec::new();
-    flatten("", &folder.machine, &mut rows);
+    flatten("", facts, &mut rows);
     let column = |head: &str| Column::new(head.into(), false);
     table(&[column("fact"), column("value")], &rows)
 }
@@ -136,8 +120,8 @@ fn flatten(name: &str, value: &Value, rows: &mut Vec<Vec<String>>) {
         return;
     };
     for (inner, value) in facts {
-        // The suite's tables stand in the page, made.
-        if (name, inner.as_str()) == ("options", "tables") {
+        // The suite's tables and curves stand in the page, made.
+        if ["tables", "equal_error", "flight_curves", "figures"].contains(&inner.as_str()) {
             continue;
         }
         let name = if name.is_empty() { inner.clone() } else { format!("{name}.{inner}") };
@@ -146,8 +130,8 @@ fn flatten(name: &str, value: &Value, rows: &mut Vec<Vec<String>>) {
 }
 
 /// The settings of every run.
-pub fn settings(report: &Report) -> String {
-    let summary = &report.folder.summary;
+pub fn settings(part: &BenchPage) -> String {
+    let summary = &part.folder.summary;
     let heads = ["run", "method", "setting", "tolerance px", "threads", "submission", "repeats", "files"];
     let is_number = |head: &str| ["tolerance px", "threads", "repeats"].contains(&head);
     let columns: Vec<Column> = heads.iter().map(|head| Column::new((*head).into(), is_number(head))).collect();
@@ -168,7 +152,7 @@ pub fn settings(report: &Report) -> String {
             files,
         ]
     };
-    table(&columns, &report.runs.iter().map(row).collect::<Vec<_>>())
+    table(&columns, &part.runs.iter().map(row).collect::<Vec<_>>())
 }
 
 #[cfg(test)]
@@ -181,6 +165,15 @@ mod tests {
             ["--size", "640x360", "a b", "it's", ""].map(quoted),
             ["--size", "640x360", "'a b'", "'it'\\''s'", "''"]
         );
+    }
+
+    #[test]
+    fn the_command_of_one_bench_names_it() {
+        let facts = |words: &[&str]| serde_json::json!({ "command": words });
+        let begun = facts(&["bench", "--suite", "two"]);
+        assert_eq!(command(&begun, ""), "cargo xtask bench --suite two");
+        assert_eq!(command(&begun, "a"), "cargo xtask bench --suite two --benches a");
+        assert_eq!(command(&facts(&["bench", "--benches", "a,b"]), "b"), "cargo xtask bench --benches b");
     }
 
     #[test]

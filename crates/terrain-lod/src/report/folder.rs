@@ -10,8 +10,11 @@ use serde_json::Value;
 use crate::fault::{Cause, Fault};
 use crate::report::sheet::Sheet;
 
-/// All that a report is made of.
+/// All that is said of one bench.
 pub struct Folder {
+    pub path: PathBuf,
+    /// Its name in a suite of several; empty where it is the only one.
+    pub name: String,
     /// `machine.json`.
     pub machine: Value,
     /// Whether the bench has not finished.
@@ -25,6 +28,8 @@ pub struct Folder {
     /// `frames/*`, by the name that a run's files share.
     pub frames: BTreeMap<String, Frames>,
     pub shots: Vec<Shot>,
+    /// `pictures.csv`, of versions that measure pictures.
+    pub pictures: Option<Sheet>,
 }
 
 /// The frames of one run, where the passes have come to them.
@@ -47,7 +52,7 @@ pub struct Shot {
 }
 
 impl Folder {
-    pub fn read(folder: &Path) -> Result<Self, Fault> {
+    pub fn read(folder: &Path, name: &str) -> Result<Self, Fault> {
         let machine = read_machine(folder)?;
         let is_incomplete = folder.join("INCOMPLETE").exists();
         let summary = match Sheet::read(&folder.join("summary.csv"))? {
@@ -56,6 +61,8 @@ impl Folder {
             None => return Err(no_results(folder, "summary.csv")),
         };
         Ok(Self {
+            path: folder.to_path_buf(),
+            name: name.into(),
             machine,
             is_incomplete,
             summary,
@@ -63,7 +70,13 @@ impl Folder {
             popping: Sheet::read(&folder.join("popping.csv"))?,
             frames: read_frames(&folder.join("frames"))?,
             shots: list_shots(&folder.join("shots"))?,
+            pictures: Sheet::read(&folder.join("pictures.csv"))?,
         })
+    }
+
+    /// The name of something of this bench that no other bench's has.
+    pub fn id(&self, name: &str) -> String {
+        if self.name.is_empty() { name.into() } else { format!("{}-{name}", self.name) }
     }
 
     /// A fact of `machine.json` as text; empty where it has none.
@@ -98,7 +111,7 @@ fn read_machine(folder: &Path) -> Result<Value, Fault> {
     }
 }
 
-fn read_text(path: &Path) -> Result<Option<String>, Fault> {
+pub fn read_text(path: &Path) -> Result<Option<String>, Fault> {
     match fs::read_to_string(path) {
         Ok(text) => Ok(Some(text)),
         Err(error) if error.kind() == ErrorKind::NotFound => Ok(None),
@@ -168,15 +181,15 @@ mod tests {
     fn what_a_folder_lacks_is_named() {
         let place = tempfile::tempdir().unwrap();
         let refused = |missing| {
-            let message = Folder::read(place.path()).err().unwrap().to_string();
+            let message = Folder::read(place.path(), "").err().unwrap().to_string();
             assert!(message.contains("no results folder") && message.contains(missing), "{message}");
         };
         refused("machine.json");
         fs::write(place.path().join("machine.json"), "{}").unwrap();
         refused("summary.csv");
         fs::write(place.path().join("INCOMPLETE"), "").unwrap();
-        assert_eq!(Folder::read(place.path()).unwrap().summary.len(), 0, "it may be interrupted this early");
+        assert_eq!(Folder::read(place.path(), "").unwrap().summary.len(), 0, "it may be interrupted this early");
         fs::write(place.path().join("machine.json"), "{\n\"dem\": 1,,").unwrap();
-        assert!(Folder::read(place.path()).err().unwrap().to_string().contains("line 2"));
+        assert!(Folder::read(place.path(), "").err().unwrap().to_string().contains("line 2"));
     }
 }

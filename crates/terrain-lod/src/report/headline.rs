@@ -37,7 +37,7 @@ const TRIANGLES: Cost = Cost {
 };
 
 /// Column of the error, what a title calls it, what its axis says.
-const ERRORS: [(&str, &str, &str); 2] = [
+pub const ERRORS: [(&str, &str, &str); 2] = [
     ("error_px_p99", "P99 error", "P99 of the measured error, px"),
     ("error_px_max", "largest error", "largest measured error, px"),
 ];
@@ -56,7 +56,7 @@ pub fn charts(folder: &Folder, runs: &[Run]) -> Result<Vec<Chart>, Fault> {
     let mut charts = Vec::new();
     for cost in [time, TRIANGLES] {
         for (id, error) in cost.ids.into_iter().zip(ERRORS) {
-            charts.extend(chart(&cost, id, error, &folder.summary, runs)?);
+            charts.extend(chart(&cost, folder.id(id), error, &folder.summary, runs)?);
         }
     }
     Ok(charts)
@@ -64,7 +64,7 @@ pub fn charts(folder: &Folder, runs: &[Run]) -> Result<Vec<Chart>, Fault> {
 
 fn chart(
     cost: &Cost,
-    id: &'static str,
+    id: String,
     (column, error, x_label): (&str, &str, &'static str),
     summary: &Sheet,
     runs: &[Run],
@@ -89,6 +89,7 @@ fn chart(
         x,
         y,
         has_cursor: false,
+        keys: Vec::new(),
     }))
 }
 

@@ -101,12 +101,12 @@ pub fn table(columns: &[Column], rows: &[Vec<String>]) -> String {
     text + "</tbody></table></div>\n"
 }
 
-/// Bytes as a PNG that needs no file.
-pub fn png_uri(png: &[u8]) -> String {
+/// The bytes of a picture as a URI that needs no file. `kind` is its media type.
+pub fn data_uri(kind: &str, bytes: &[u8]) -> String {
     const DIGITS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-    let mut uri = String::with_capacity(22 + png.len().div_ceil(3) * 4);
-    uri += "data:image/png;base64,";
-    for chunk in png.chunks(3) {
+    let mut uri = String::with_capacity(14 + kind.len() + bytes.len().div_ceil(3) * 4);
+    let _ = write!(uri, "data:{kind};base64,");
+    for chunk in bytes.chunks(3) {
         let bits = (0..3).fold(0_u32, |bits, i| bits << 8 | u32::from(chunk.get(i).copied().unwrap_or(0)));
         for i in 0..4 {
             let digit = DIGITS[(bits >> (18 - 6 * i) & 63) as usize] as char;
@@ -143,7 +143,7 @@ mod tests {
 
     #[test]
     fn base64_of_rfc_4648() {
-        let base64 = |text: &str| png_uri(text.as_bytes()).split_off(22);
+        let base64 = |text: &str| data_uri("image/png", text.as_bytes()).split_off(22);
         let expected = ["", "Zg==", "Zm8=", "Zm9v", "Zm9vYg==", "Zm9vYmE=", "Zm9vYmFy"];
         assert_eq!(["", "f", "fo", "foo", "foob", "fooba", "foobar"].map(base64), expected);
     }

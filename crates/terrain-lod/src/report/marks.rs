@@ -73,7 +73,10 @@ pub fn scatter(points: &[Point], runs: &[Run], [x, y]: [&Axis; 2]) -> String {
     let mut text = chains(points, &places, runs);
     let whiskers: Vec<Option<[f64; 2]>> =
         points.iter().map(|point| point.interval.map(|ends| ends.map(|end| y.at(end)))).collect();
-    let labels = place_labels(points, &places, &whiskers, runs);
+    let names: Vec<&str> = points.iter().map(|point| runs[point.run].label.as_str()).collect();
+    let drawn = places.iter().zip(&whiskers).filter_map(|([x, _], ends)| Some((x, (*ends)?)));
+    let taken = drawn.map(|(x, [low, high])| [x - 4.0, high, x + 4.0, low]).chain(places.iter().map(marker_box));
+    let labels = place_labels(&places, &names, taken.collect());
     for (((point, place), whisker), label) in points.iter().zip(&places).zip(whiskers).zip(labels) {
         let Run { look, label: name, .. } = &runs[point.run];
         let name = escape(name);
@@ -81,13 +84,7 @@ pub fn scatter(points: &[Point], runs: &[Run], [x, y]: [&Axis; 2]) -> String {
         let _ = write!(text, "<title>{name}: {}, {}</title>", digits(point.x), digits(point.y));
         text += &whisker.map_or_else(String::new, |ends| whisker_path(place[0], ends));
         text += &look.marker(*place);
-        if let Some((at, anchor)) = label {
-            let _ = write!(
-                text,
-                "<text class=\"name\" x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"{anchor}\">{name}</text>",
-                at[0], at[1]
-            );
-        }
+        text += &label.map_or_else(String::new, |label| label.svg(&name));
         text += "</g>\n";
     }
     text
@@ -121,22 +118,34 @@ fn chains(points: &[Point], places: &[[f64; 2]], runs: &[Run]) -> String {
 const LETTER: f64 = 7.4;
 
 /// Left, top, right, bottom.
-type Box4 = [f64; 4];
+pub type Box4 = [f64; 4];
 
-/// Where each label goes, and how it is anchored. The first free place of right, left, above and below; none where all are
-/// taken, since a label on another is worse than one that the legend has to give.
-fn place_labels(
-    points: &[Point],
-    places: &[[f64; 2]],
-    whiskers: &[Option<[f64; 2]>],
-    runs: &[Run],
-) -> Vec<Option<([f64; 2], &'static str)>> {
-    let mut taken: Vec<Box4> = places.iter().map(|[x, y]| [x - 5.0, y - 5.0, x + 5.0, y + 5.0]).collect();
-    let drawn = places.iter().zip(whiskers).filter_map(|([x, _], ends)| Some((x, (*ends)?)));
-    taken.extend(drawn.map(|(x, [low, high])| [x - 4.0, high, x + 4.0, low]));
-    let mut labels = Vec::with_capacity(points.len());
-    for (point, [x, y]) in points.iter().zip(places) {
-        let width = runs[point.run].label.chars().count() as f64 * LETTER;
+/// Where a label goes, and how it is anchored.
+#[derive(Clone, Copy)]
+pub struct Label {
+    at: [f64; 2],
+    anchor: &'static str,
+}
+
+impl Label {
+    /// `name` is SVG.
+    pub fn svg(self, name: &str) -> String {
+        let Self { at: [x, y], anchor } = self;
+        format!("<text class=\"name\" x=\"{x:.1}\" y=\"{y:.1}\" text-anchor=\"{anchor}\">{name}</text>")
+    }
+}
+
+/// What a marker covers.
+pub fn marker_box([x, y]: &[f64; 2]) -> Box4 {
+    [x - 5.0, y - 5.0, x + 5.0, y + 5.0]
+}
+
+/// A label for each place. The first free one of right, left, above and below; none where all are taken, since a label on
+/// another is worse than one that the legend has to give.
+pub fn place_labels(places: &[[f64; 2]], names: &[&str], mut taken: Vec<Box4>) -> Vec<Option<Label>> {
+    let mut labels = Vec::with_capacity(places.len());
+    for ([x, y], name) in places.iter().zip(names) {
+        let width = name.chars().count() as f64 * LETTER;
         let choices = [
             ([x + 8.0, y + 4.0], "start", x + 8.0),
             ([x - 8.0, y + 4.0], "end", x - 8.0 - width),
@@ -149,7 +158,7 @@ fn place_labels(
         });
         labels.push(found.map(|(at, anchor, space)| {
             taken.push(space);
-            (at, anchor)
+            Label { at, anchor }
         }));
     }
     labels
@@ -198,11 +207,12 @@ mod tests {
         let points: Vec<Point> = (0..60).map(point).collect();
         let [x, y] = axes(&[2.0]);
         let places: Vec<[f64; 2]> = points.iter().map(|point| [x.at(point.x), y.at(point.y)]).collect();
-        let labels: Vec<Box4> = place_labels(&points, &places, &[], &runs)
+        let names: Vec<&str> = runs.iter().map(|run| run.label.as_str()).collect();
+        let labels: Vec<Box4> = place_labels(&places, &names, places.iter().map(marker_box).collect())
             .into_iter()
             .zip(&runs)
             .filter_map(|(label, run)| {
-                let (at, anchor) = label?;
+                let Label { at, anchor } = label?;
                 let width = run.label.len() as f64 * LETTER;
                 let left = match anchor {
                     "start" => at[0],

@@ -1,59 +1,96 @@
 //! The pictures: all of them side by side, and two of choice on top of each other where the script runs.
 
 use std::fmt::Write;
-use std::fs;
 
 use crate::fault::Fault;
-use crate::report::Report;
-use crate::report::html::{escape, number, png_uri};
+use crate::report::album::Album;
+use crate::report::bench_page::BenchPage;
+use crate::report::html::{Column, escape, group, number, table};
+use crate::report::sheet::Sheet;
 
 /// What the script fills: two pictures, a slider between them, keys A and B.
-const COMPARE: &str = r#"<div class="compare" id="compare" hidden>
+const COMPARE: &str = r#"<div class="compare" hidden>
 <div class="controls">
-<label>Moment <select id="shot-kind"></select></label>
-<label>A <select id="shot-a"></select></label>
-<label>B <select id="shot-b"></select></label>
-<button type="button" id="flip">Flip A and B</button>
+<label>Moment <select class="shot-kind"></select></label>
+<label>A <select class="shot-a"></select></label>
+<label>B <select class="shot-b"></select></label>
+<button type="button" class="flip">Flip A and B</button>
 </div>
-<div class="stage" id="stage"><img id="image-b" alt=""><img id="image-a" alt=""><span class="edge" id="edge"></span>
-<span class="tag left" id="tag-a"></span><span class="tag right" id="tag-b"></span></div>
-<input type="range" id="slider" min="0" max="100" step="0.1" value="50" aria-label="Share of the width that shows A">
+<div class="stage"><img class="image-b" alt=""><img class="image-a" alt=""><span class="edge"></span>
+<span class="tag left"></span><span class="tag right"></span></div>
+<input type="range" class="slider" min="0" max="100" step="0.1" value="50" aria-label="Share of the width that shows A">
 <p class="hint">Drag the slider. Key A shows all of A, key B all of B, and space flips between them.</p>
 </div>
 "#;
 
-/// All pictures, embedded; HTML.
-pub fn html(report: &Report, embed: bool) -> Result<String, Fault> {
-    let shots = &report.folder.shots;
+/// All pictures of a bench, embedded; HTML.
+pub fn html(part: &BenchPage, album: &mut Album) -> Result<String, Fault> {
+    let shots = &part.folder.shots;
+    let measured = part.folder.pictures.as_ref().map_or_else(String::new, measured);
     if shots.is_empty() {
-        return Ok("<p>This folder has no pictures.</p>\n".into());
+        return Ok(format!("<p>This folder has no pictures.</p>\n{measured}"));
     }
-    if !embed {
-        return Ok("<p>Left out by <code>--no-pictures</code>. They are in the folder <code>shots</code>.</p>\n".into());
+    if !album.is_open() {
+        let left_out = "<p>Left out by <code>--no-pictures</code>. They are in the folder <code>shots</code>.</p>\n";
+        return Ok(format!("{left_out}{measured}"));
     }
-    let mut text = format!(
-        "{COMPARE}<details class=\"all-shots\" id=\"all-shots\" open><summary>All pictures side by side</summary>\n"
-    );
+    let before = album.left_out;
+    let mut text = String::new();
     let mut kinds: Vec<(u32, &str)> = shots.iter().map(|shot| (shot.frame, shot.look.as_str())).collect();
     kinds.dedup();
-    for (frame, look) in kinds {
-        let name = format!("Frame {}, {}", number(frame.into(), 0), escape(look));
-        let _ = writeln!(text, "<h3>{name}</h3>\n<div class=\"shots\" data-kind=\"{name}\">");
-        // In the order of the runs, and last what belongs to none.
-        for (i, run) in report.runs.iter().enumerate() {
-            for shot in shots.iter().filter(|shot| (shot.frame, shot.look.as_str()) == (frame, look)) {
-                if run.stem.as_ref() == Some(&shot.stem) {
-                    let png = fs::read(&shot.path).map_err(|e| Fault::read(&shot.path, &e, "a picture of a bench"))?;
-                    let label = escape(&run.label);
-                    let _ = writeln!(
-                        text,
-                        "<figure class=\"r{i}\"><img loading=\"lazy\" data-run=\"{i}\" alt=\"{label}, {name}\" src=\"{}\"><figcaption>{label}</figcaption></figure>",
-                        png_uri(&png)
-                    );
-                }
-            }
-        }
-        text += "</div>\n";
+    for kind in kinds {
+        text += &side_by_side(part, kind, album)?;
     }
-    Ok(text + "</details>\n")
+    let left_out = match album.left_out - before {
+        0 => String::new(),
+        count => format!(
+            "<p>{count} pictures would make this file too large; they are in the folder <code>{}</code>.</p>\n",
+            escape(&shots_of(part))
+        ),
+    };
+    Ok(format!(
+        "{left_out}<div class=\"album\">{COMPARE}<details class=\"all-shots\" open><summary>All pictures side by side</summary>\n\
+         {text}</details>\n</div>\n{measured}"
+    ))
+}
+
+fn shots_of(part: &BenchPage) -> String {
+    if part.folder.name.is_empty() { "shots".into() } else { format!("{}/shots", part.folder.name) }
+}
+
+/// One moment in one look, in the order of the runs.
+fn side_by_side(part: &BenchPage, (frame, look): (u32, &str), album: &mut Album) -> Result<String, Fault> {
+    let name = format!("Frame {}, {}", number(frame.into(), 0), escape(&look.replace('-', " ")));
+    let mut text = format!("<h3>{name}</h3>\n<div class=\"shots\" data-kind=\"{name}\">");
+    for run in &part.runs {
+        let is_its = |shot: &&crate::report::folder::Shot| {
+            (shot.frame, shot.look.as_str()) == (frame, look) && run.stem.as_ref() == Some(&shot.stem)
+        };
+        for shot in part.folder.shots.iter().filter(is_its) {
+            let Some(uri) = album.embed(&shot.path)? else { continue };
+            let (i, label) = (run.look.run, escape(&run.label));
+            let _ = writeln!(
+                text,
+                "<figure class=\"r{i}\"><img loading=\"lazy\" data-run=\"{i}\" alt=\"{label}, {name}\" src=\"{uri}\"><figcaption>{label}</figcaption></figure>"
+            );
+        }
+    }
+    Ok(text + "</div>\n")
+}
+
+/// What was measured of the pictures, as it stands in `pictures.csv`.
+fn measured(sheet: &Sheet) -> String {
+    let is_number = |column: &String| {
+        let cells = (0..sheet.len()).map(|row| sheet.text(row, column));
+        cells.clone().any(|cell| !cell.is_empty())
+            && cells.clone().all(|cell| cell.is_empty() || cell.parse::<f64>().is_ok())
+    };
+    // What no row has tells nothing.
+    let is_any = |column: &&String| (0..sheet.len()).any(|row| !sheet.text(row, column).is_empty());
+    let names: Vec<&String> = sheet.columns().iter().filter(is_any).collect();
+    let columns: Vec<Column> =
+        names.iter().map(|name| Column::new(escape(&name.replace('_', " ")), is_number(name))).collect();
+    let cells = |row: usize| names.iter().map(|name| escape(&group(sheet.text(row, name)))).collect();
+    let rows: Vec<Vec<String>> = (0..sheet.len()).map(cells).collect();
+    format!("<h3>Pictures against the full grid (<code>pictures.csv</code>)</h3>\n{}", table(&columns, &rows))
 }

@@ -24,8 +24,8 @@ impl Run {
     }
 }
 
-/// The runs in the order of the summary, then those whose files alone are there.
-pub fn of(folder: &Folder) -> Vec<Run> {
+/// The runs in the order of the summary, then those whose files alone are there. They are numbered from `first`.
+pub fn of(folder: &Folder, first: usize) -> Vec<Run> {
     let stems: Vec<&str> = folder.frames.keys().map(String::as_str).collect();
     let mut runs: Vec<Run> = Vec::new();
     for row in 0..folder.summary.len() {
@@ -39,12 +39,12 @@ pub fn of(folder: &Folder) -> Vec<Run> {
     let others: Vec<String> = stems.iter().filter(is_new).map(|stem| stem.to_string()).collect();
     runs.extend(others.into_iter().map(|stem| Run { label: stem.clone(), stem: Some(stem), ..Default::default() }));
     label(&folder.summary, &mut runs);
-    dress(&folder.summary, &mut runs);
+    dress(&folder.summary, &mut runs, first);
     runs
 }
 
 /// Gives the runs their looks: a family is of one method and setting.
-fn dress(summary: &Sheet, runs: &mut [Run]) {
+fn dress(summary: &Sheet, runs: &mut [Run], first: usize) {
     let mut families: Vec<(Option<[&str; 2]>, usize)> = Vec::new();
     for (i, run) in runs.iter_mut().enumerate() {
         let kind = run.rows.first().map(|row| [summary.text(*row, "method"), summary.text(*row, "setting")]);
@@ -53,7 +53,7 @@ fn dress(summary: &Sheet, runs: &mut [Run]) {
         if known.is_none() {
             families.push((kind, 0));
         }
-        run.look = Look { run: i, family, rank: families[family].1 };
+        run.look = Look { run: first + i, family, rank: families[family].1 };
         families[family].1 += 1;
     }
 }
@@ -102,25 +102,30 @@ pub fn settings(setting: &str) -> impl Iterator<Item = (&str, &str)> {
 
 /// Labels the runs by method and by as few settings as tell the method's runs apart.
 fn label(summary: &Sheet, runs: &mut [Run]) {
-    let known: Vec<Vec<(String, String)>> = runs.iter().map(|run| names_of(summary, run)).collect();
+    let known: Vec<Known> = runs.iter().map(|run| names_of(summary, run)).collect();
     let methods: Vec<&str> =
         runs.iter().map(|run| run.rows.first().map_or("", |r| summary.text(*r, "method"))).collect();
-    let labels: Vec<Option<String>> = (0..runs.len())
-        .map(|i| {
-            let peers: Vec<&Vec<(String, String)>> =
-                (0..runs.len()).filter(|j| methods[*j] == methods[i]).map(|j| &known[j]).collect();
-            let words = telling_names(&peers).into_iter().filter_map(|name| word(&known[i], &name));
-            (!runs[i].rows.is_empty())
-                .then(|| [methods[i].to_owned()].into_iter().chain(words).collect::<Vec<_>>().join(" "))
-        })
-        .collect();
-    for (run, label) in runs.iter_mut().zip(labels) {
-        run.label = label.unwrap_or_else(|| run.label.clone());
+    let labels = labels(&methods, &known);
+    for (run, label) in runs.iter_mut().zip(labels).filter(|(run, _)| !run.rows.is_empty()) {
+        run.label = label;
     }
 }
 
+/// Settings by name and value.
+pub type Known = Vec<(String, String)>;
+
+/// A method each, and as few settings as tell the method's own apart.
+pub fn labels(methods: &[&str], known: &[Known]) -> Vec<String> {
+    let label = |i: usize| {
+        let peers: Vec<&Known> = (0..known.len()).filter(|j| methods[*j] == methods[i]).map(|j| &known[j]).collect();
+        let words = telling_names(&peers).into_iter().filter_map(|name| word(&known[i], &name));
+        [methods[i].to_owned()].into_iter().chain(words).collect::<Vec<_>>().join(" ")
+    };
+    (0..known.len()).map(label).collect()
+}
+
 /// Settings of a run, the tolerance last.
-fn names_of(summary: &Sheet, run: &Run) -> Vec<(String, String)> {
+fn names_of(summary: &Sheet, run: &Run) -> Known {
     let Some(row) = run.rows.first() else { return Vec::new() };
     let settings = settings(summary.text(*row, "setting")).map(|(name, value)| (name.to_owned(), value.to_owned()));
     let tolerance = summary.text(*row, "tolerance_px");
@@ -129,7 +134,7 @@ fn names_of(summary: &Sheet, run: &Run) -> Vec<(String, String)> {
 }
 
 /// The names that, one after the other, tell more of the runs apart.
-fn telling_names(peers: &[&Vec<(String, String)>]) -> Vec<String> {
+fn telling_names(peers: &[&Known]) -> Vec<String> {
     let mut chosen: Vec<String> = Vec::new();
     let apart = |names: &[String]| {
         let mut all: Vec<Vec<Option<&str>>> =
@@ -186,7 +191,9 @@ mod tests {
             "tin-bounded-1px-patch32-grid-live",
             "zzz-of-a-later-version",
         ];
-        of(&Folder {
+        let folder = Folder {
+            path: Default::default(),
+            name: String::new(),
             machine: serde_json::json!({}),
             is_incomplete: false,
             summary: Sheet::parse("summary.csv", SUMMARY).unwrap(),
@@ -194,7 +201,9 @@ mod tests {
             popping: None,
             frames: files.iter().map(|stem| (stem.to_string(), Default::default())).collect(),
             shots: Vec::new(),
-        })
+            pictures: None,
+        };
+        of(&folder, 0)
     }
 
     #[test]
@@ -235,9 +244,9 @@ mod tests {
         let csv = b"method,setting,tolerance_px\ntin,a=1,1\nrqt,,1\ntin,a=1,2\ntin,a=2,4\n";
         let mut runs: Vec<Run> =
             (0..5).map(|i| Run { rows: (i < 4).then_some(i).into_iter().collect(), ..Default::default() }).collect();
-        dress(&Sheet::parse("", csv).unwrap(), &mut runs);
+        dress(&Sheet::parse("", csv).unwrap(), &mut runs, 7);
         let looks: Vec<_> = runs.iter().map(|run| (run.look.run, run.look.family, run.look.rank)).collect();
-        assert_eq!(looks, [(0, 0, 0), (1, 1, 0), (2, 0, 1), (3, 2, 0), (4, 3, 0)]);
+        assert_eq!(looks, [(7, 0, 0), (8, 1, 0), (9, 0, 1), (10, 2, 0), (11, 3, 0)]);
     }
 
     #[test]

@@ -2,7 +2,7 @@
 //! them; the first has besides the intervals that `summary.csv` has.
 
 use crate::fault::Fault;
-use crate::report::Report;
+use crate::report::bench_page::BenchPage;
 use crate::report::html::{Column, digits, escape, group, table};
 use crate::report::markdown::{self, Block, Table, inline};
 
@@ -10,13 +10,13 @@ use crate::report::markdown::{self, Block, Table, inline};
 const IDENTITY: [&str; 3] = ["method", "setting", "tolerance px"];
 
 /// All of `summary.md` as HTML.
-pub fn html(report: &Report) -> Result<String, Fault> {
+pub fn html(part: &BenchPage) -> Result<String, Fault> {
     let mut text = String::new();
-    let mut intervals = intervals(report)?;
-    for block in markdown::read(&report.folder.summary_md) {
+    let mut intervals = intervals(part)?;
+    for block in markdown::read(&part.folder.summary_md) {
         text += &match block {
             Block::Table(table) if table.heads.starts_with(&IDENTITY.map(str::to_owned)) => {
-                of_runs(report, &table, std::mem::take(&mut intervals))
+                of_runs(part, &table, std::mem::take(&mut intervals))
             }
             other => markdown::html(&[other], 3),
         };
@@ -31,8 +31,8 @@ pub fn html(report: &Report) -> Result<String, Fault> {
 type Intervals = (String, Vec<String>);
 
 /// Of all `<name>_low` that have a `<name>_high`, and any number in them.
-fn intervals(report: &Report) -> Result<Vec<Intervals>, Fault> {
-    let summary = &report.folder.summary;
+fn intervals(part: &BenchPage) -> Result<Vec<Intervals>, Fault> {
+    let summary = &part.folder.summary;
     let mut all = Vec::new();
     for name in summary.columns().iter().filter_map(|name| name.strip_suffix("_low")) {
         let high = format!("{name}_high");
@@ -51,15 +51,15 @@ fn intervals(report: &Report) -> Result<Vec<Intervals>, Fault> {
     Ok(all)
 }
 
-fn of_runs(report: &Report, source: &Table, intervals: Vec<Intervals>) -> String {
+fn of_runs(part: &BenchPage, source: &Table, intervals: Vec<Intervals>) -> String {
     let right = |i: usize| source.right.get(i).copied().unwrap_or(false);
     let mut columns = vec![Column::new("run".into(), false)];
     columns.extend(source.heads.iter().enumerate().skip(2).map(|(i, head)| Column::new(inline(head), right(i))));
     columns.extend(intervals.iter().map(|(head, _)| Column::new(escape(head), true)));
     columns.push(Column { head: "setting".into(), class: "setting" });
     let row = |cells: &Vec<String>| {
-        let found = row_of(report, cells);
-        let mut row = vec![found.and_then(|row| mark(report, row)).unwrap_or_else(|| inline(&cells[0]))];
+        let found = row_of(part, cells);
+        let mut row = vec![found.and_then(|row| mark(part, row)).unwrap_or_else(|| inline(&cells[0]))];
         row.extend(
             cells
                 .iter()
@@ -77,8 +77,8 @@ fn of_runs(report: &Report, source: &Table, intervals: Vec<Intervals>) -> String
 }
 
 /// The row of `summary.csv` that a row of a table was made from.
-fn row_of(report: &Report, cells: &[String]) -> Option<usize> {
-    let summary = &report.folder.summary;
+fn row_of(part: &BenchPage, cells: &[String]) -> Option<usize> {
+    let summary = &part.folder.summary;
     let is_same = |row: &usize| {
         let tolerance = summary.text(*row, "tolerance_px");
         let tolerance = tolerance.strip_suffix(".0").unwrap_or(tolerance);
@@ -88,7 +88,7 @@ fn row_of(report: &Report, cells: &[String]) -> Option<usize> {
 }
 
 /// The mark and label of the run that has a row.
-fn mark(report: &Report, row: usize) -> Option<String> {
-    let run = report.runs.iter().find(|run| run.rows.contains(&row))?;
+fn mark(part: &BenchPage, row: usize) -> Option<String> {
+    let run = part.runs.iter().find(|run| run.rows.contains(&row))?;
     Some(format!("{} {}", run.look.swatch(&run.label), escape(&run.label)))
 }

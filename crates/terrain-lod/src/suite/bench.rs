@@ -48,7 +48,8 @@ impl Bench {
     /// One bench of a suite.
     pub fn of(suite_name: &str, named: &NamedSuite, args: &BenchArgs) -> Result<Self, Fault> {
         let bench = Self::new(suite_name, named.suite.clone(), args.dem.read_options())?;
-        Ok(Self { name: named.name.clone(), look: args.look(), ..bench })
+        let look = Look { normals: named.suite.normals.into(), ..args.look() };
+        Ok(Self { name: named.name.clone(), look, ..bench })
     }
 
     /// Reads and checks DEM, flight and settings.

@@ -79,6 +79,7 @@ impl Suite {
         }
         self.threads.iter().try_for_each(|threads| within("threads", (*threads).into(), THREADS))?;
         self.tables.iter().try_for_each(Pivot::validate)?;
-        self.equal_error.iter().try_for_each(EqualError::validate)
+        self.equal_error.iter().try_for_each(EqualError::validate)?;
+        self.flight_curves.iter().try_for_each(|curves| curves.validate(&[]))
     }
 }

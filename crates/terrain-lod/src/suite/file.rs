@@ -23,15 +23,17 @@ use super::{PUGET, Suite};
 use crate::cli::BenchArgs;
 use crate::equal_error::EqualError;
 use crate::fault::{Cause, Fault};
+use crate::flight_curves::FlightCurves;
 use crate::pivot::Pivot;
 
 /// The suites in `data/suites`.
-const BUILT_IN: [(&str, &str); 9] = [
+const BUILT_IN: [(&str, &str); 10] = [
     ("ablation", include_str!("../../../../data/suites/ablation.toml")),
     ("equal-error", include_str!("../../../../data/suites/equal-error.toml")),
     ("htp", include_str!("../../../../data/suites/htp.toml")),
     ("htp-window", include_str!("../../../../data/suites/htp-window.toml")),
     ("live", include_str!("../../../../data/suites/live.toml")),
+    ("paper-htp", include_str!("../../../../data/suites/paper-htp.toml")),
     ("paper-tin", include_str!("../../../../data/suites/paper-tin.toml")),
     ("quick", include_str!("../../../../data/suites/quick.toml")),
     ("scaling", include_str!("../../../../data/suites/scaling.toml")),
@@ -39,7 +41,7 @@ const BUILT_IN: [(&str, &str); 9] = [
 ];
 
 /// Keys of a suite's top that its benches do not take over.
-const OF_THE_TOP: [&str; 3] = ["benches", "tables", "equal_error"];
+const OF_THE_TOP: [&str; 4] = ["benches", "tables", "equal_error", "flight_curves"];
 
 /// What a suite file asks for, with the command line's own choices.
 pub struct SuiteFile {
@@ -48,6 +50,7 @@ pub struct SuiteFile {
     /// Over the rows of all benches.
     pub tables: Vec<Pivot>,
     pub equal_error: Vec<EqualError>,
+    pub flight_curves: Vec<FlightCurves>,
     /// What a reader must know: benches that are not flown, DEMs that stand in for others.
     pub notes: Vec<String>,
     pub benches: Vec<NamedSuite>,
@@ -81,6 +84,7 @@ impl SuiteFile {
             name: stem(&args.suite),
             tables: top.tables.clone(),
             equal_error: top.equal_error.clone(),
+            flight_curves: top.flight_curves.clone(),
             notes: Vec::new(),
             benches: Vec::new(),
         };
@@ -97,6 +101,7 @@ impl SuiteFile {
         let table: Table = source.parse().map_err(|e| refuse(&e))?;
         let benches = benches(&table, &top.benches).map_err(in_file)?;
         let names: Vec<&str> = benches.iter().map(|(head, _)| head.name.as_str()).collect();
+        file.flight_curves.iter().try_for_each(|curves| curves.validate(&names)).map_err(in_file)?;
         args.refuse_benches(&names)?;
         for (head, suite) in benches {
             if args.benches.as_ref().map_or(!head.optional, |asked| asked.contains(&head.name)) {
@@ -178,7 +183,7 @@ fn benches(top: &Table, benches: &[Table]) -> Result<Vec<(Head, Suite)>, String>
 }
 
 fn merge(top: &Table, bench: &Table) -> Result<(Head, Suite), String> {
-    if let Some(key) = ["benches", "equal_error"].iter().find(|key| bench.contains_key(**key)) {
+    if let Some(key) = ["benches", "equal_error", "flight_curves"].iter().find(|key| bench.contains_key(**key)) {
         return Err(format!("{key}; expected at the top of the file"));
     }
     let one_line = |e: toml::de::Error| e.to_string().trim().replace('\n', " ");
@@ -243,7 +248,10 @@ mod tests {
             let top: Table = text.parse().unwrap();
             suite.tables.iter().try_for_each(Pivot::validate).unwrap();
             suite.equal_error.iter().try_for_each(EqualError::validate).unwrap();
-            for (head, suite) in benches(&top, &suite.benches).unwrap() {
+            let benches = benches(&top, &suite.benches).unwrap();
+            let names: Vec<&str> = benches.iter().map(|(head, _)| head.name.as_str()).collect();
+            suite.flight_curves.iter().try_for_each(|curves| curves.validate(&names)).unwrap();
+            for (head, suite) in benches {
                 suite.validate().unwrap_or_else(|e| panic!("{name}: {}: {e}", head.name));
                 assert!(!suite.runs().unwrap().is_empty());
             }

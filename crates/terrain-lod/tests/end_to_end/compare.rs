@@ -196,3 +196,89 @@ tin,,1.0,plan_ms_p50,10.0,12.0,1.2,1.184499,1.22344,worse
 ";
     assert_eq!(String::from_utf8(output.stdout).unwrap(), expected);
 }
+
+/// Folders `a` and `b` of a suite of two benches, `small` and `large`; those of `b` changed.
+fn suites(place: &Path, change: impl Fn(&str, &mut Value)) {
+    for name in ["a", "b"] {
+        for bench in ["small", "large"] {
+            let mut summary = summary();
+            if name == "b" {
+                change(bench, &mut summary);
+            }
+            let folder = place.join(name).join(bench);
+            std::fs::create_dir_all(&folder).unwrap();
+            std::fs::write(folder.join("summary.json"), summary.to_string()).unwrap();
+        }
+        let facts = json!({ "suite": "two", "benches": ["small", "large"] });
+        std::fs::write(place.join(name).join("suite.json"), facts.to_string()).unwrap();
+    }
+}
+
+#[test]
+fn suites_are_compared_bench_by_bench() {
+    let place = tempfile::tempdir().unwrap();
+    suites(place.path(), |bench, summary| {
+        if bench == "large" {
+            summary["rows"][0]["triangles_mean"] = json!(150.0);
+        }
+    });
+    let (code, text, _) = compare(place.path(), &[]);
+    assert!(code == 0 && text.ends_with("\n1 worse, 0 better, 15 same\n"), "{text}");
+    let large = text.split("## large\n").nth(1).unwrap();
+    assert!(large.contains("triangles_mean") && !text.split("## large").next().unwrap().contains("triangles_mean"));
+    assert_eq!(compare(place.path(), &["--fail-on", "5%"]).0, 3);
+    let (_, csv, _) = compare(place.path(), &["--format", "csv"]);
+    assert!(
+        csv.starts_with("bench,method,") && csv.contains("\nlarge,tin,k=3,1.0,triangles_mean,100.0,150.0,"),
+        "{csv}"
+    );
+    let (_, text, _) = compare(place.path(), &["--format", "json"]);
+    let found: Value = serde_json::from_str(&text).unwrap();
+    let benches: Vec<&str> =
+        found["comparisons"].as_array().unwrap().iter().map(|c| c["bench"].as_str().unwrap()).collect();
+    assert!(benches.contains(&"small") && benches.contains(&"large"), "{benches:?}");
+}
+
+#[test]
+fn benches_of_a_suite_that_do_not_belong_together_are_named() {
+    let place = tempfile::tempdir().unwrap();
+    suites(place.path(), |bench, summary| {
+        if bench == "large" {
+            summary["rows"][0]["adapter"] = json!("llvmpipe");
+        }
+    });
+    let (code, text, said) = compare(place.path(), &[]);
+    let expected =
+        "error: adapter is \"\" in large of a and \"llvmpipe\" in large of b; --force compares them all the same\n";
+    assert_eq!((code, text.as_str(), said.as_str()), (2, "", expected));
+    assert_eq!(compare(place.path(), &["--force"]).0, 0);
+    // A suite that was interrupted in its first bench: the other one's runs are missing.
+    std::fs::write(place.path().join("b/INCOMPLETE"), "").unwrap();
+    std::fs::remove_dir_all(place.path().join("b/large")).unwrap();
+    assert!(compare(place.path(), &[]).2.starts_with("error: b: marked INCOMPLETE; "));
+    let (code, text, _) = compare(place.path(), &["--force", "--fail-on", "5%"]);
+    assert!(code == 3 && text.contains("only in A: large: tin k=3 1 px\n"), "{text}");
+    let output = terrain_lod(place.path(), &["cmp", "a", "a/small"]);
+    let said = String::from_utf8(output.stderr).unwrap();
+    assert!(
+        output.status.code() == Some(2) && said.starts_with("error: a is a suite of several benches and a/small"),
+        "{said}"
+    );
+}
+
+/// Runs of two benches are alike in method and setting: the summary of a suite says whose they are.
+#[test]
+fn the_summary_of_a_suite_pairs_by_bench() {
+    let place = tempfile::tempdir().unwrap();
+    let header = "bench,method,setting,tolerance_px,draws_mean,err\n";
+    let write = |name: &str, rows: &str| std::fs::write(place.path().join(name), format!("{header}{rows}")).unwrap();
+    write("a.csv", "small,tin,,1,20,\nlarge,tin,,1,70,\n");
+    write("b.csv", "large,tin,,1,70,\nsmall,tin,,1,21,\n");
+    let output = terrain_lod(place.path(), &["cmp", "a.csv", "b.csv", "--format", "csv"]);
+    let expected = "\
+bench,method,setting,tolerance_px,measure,a,b,ratio,low,high,verdict
+small,tin,,1.0,draws_mean,20.0,21.0,1.05,,,worse
+large,tin,,1.0,draws_mean,70.0,70.0,1.0,,,same
+";
+    assert_eq!(String::from_utf8(output.stdout).unwrap(), expected);
+}

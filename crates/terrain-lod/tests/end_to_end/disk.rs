@@ -40,15 +40,7 @@ fn a_full_disk_ends_the_bench_and_what_was_done_goes_on_elsewhere() {
         let script = format!(
             "{mount} {{ \"$0\" bench --no-gpu --suite smoke --out results; code=$?; cp -r results ..; exit $code; }}"
         );
-        let program = env!("CARGO_BIN_EXE_terrain-lod");
-        let arguments = ["-rm", "sh", "-c", &script, program];
-        let Ok(output) = Command::new("unshare").current_dir(place.path()).args(arguments).output() else {
-            return eprintln!("skipped: no command unshare");
-        };
-        let said = String::from_utf8_lossy(&output.stderr);
-        if said.contains("unshare:") || said.contains("mount:") {
-            return eprintln!("skipped: cannot mount a disk: {said}");
-        }
+        let Some(output) = in_namespace(place.path(), &script) else { return };
         check(&output, place.path(), &format!("a disk of {kib} KiB"));
     }
 }
@@ -62,4 +54,75 @@ fn a_folder_that_cannot_be_written_is_refused_before_anything_is_flown() {
         return eprintln!("skipped: this user may write everywhere");
     }
     check(&output, place.path(), "a read-only folder");
+}
+
+/// Runs a script in a namespace of its own, where it may mount disks; `None` where the system does not let us.
+fn in_namespace(place: &Path, script: &str) -> Option<Output> {
+    let arguments = ["-rm", "sh", "-c", script, env!("CARGO_BIN_EXE_terrain-lod")];
+    let output = Command::new("unshare").current_dir(place).args(arguments).output().ok()?;
+    let said = String::from_utf8_lossy(&output.stderr);
+    if said.contains("unshare:") || said.contains("mount:") {
+        eprintln!("skipped: cannot mount a disk: {said}");
+        return None;
+    }
+    Some(output)
+}
+
+fn refused(output: &Output, expected: &str) {
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert_eq!((output.status.code(), said.lines().count()), (Some(6), 1), "{said}");
+    assert!(said.starts_with(expected), "{said}");
+}
+
+/// Also for one who may write everywhere: not even he writes to a disk that is mounted so.
+#[test]
+fn a_read_only_disk_is_refused_before_anything_is_flown() {
+    let place = tempfile::tempdir().unwrap();
+    std::fs::create_dir(place.path().join("disk")).unwrap();
+    let mount = "mount -t tmpfs none disk && mount -o remount,ro disk && cd disk && ";
+    let bench = "exec \"$0\" bench --no-gpu --suite smoke --out results";
+    let Some(output) = in_namespace(place.path(), &format!("{mount}{bench}")) else { return };
+    check(&output, place.path(), "a read-only disk");
+}
+
+#[test]
+fn a_report_that_cannot_be_written_leaves_none() {
+    let place = tempfile::tempdir().unwrap();
+    assert!(bench_after(place.path(), "").status.success());
+    let report = |preparations: &str, more: &str| {
+        let script = format!("{preparations} exec \"$0\" report results {more}");
+        let arguments = ["-c", &script, env!("CARGO_BIN_EXE_terrain-lod")];
+        Command::new("sh").current_dir(place.path()).args(arguments).output().unwrap()
+    };
+    let page = place.path().join("results/report.html");
+    refused(&report("trap '' XFSZ; ulimit -f 8;", ""), "error: cannot write results/report.html");
+    assert!(!page.exists(), "half a report");
+    assert!(report("", "").status.success());
+    let whole = std::fs::read(&page).unwrap();
+    refused(&report("trap '' XFSZ; ulimit -f 8;", ""), "error: cannot write results/report.html");
+    assert!(std::fs::read(&page).unwrap() == whole, "the report of before is still there");
+    refused(&report("", "--svg results/report.html"), "error: cannot write results/report.html");
+    let left: Vec<_> =
+        std::fs::read_dir(place.path().join("results")).unwrap().map(|e| e.unwrap().file_name()).collect();
+    assert!(!left.iter().any(|name| name.to_string_lossy().contains("partial")), "{left:?}");
+    let mount = "mount --bind results results && mount -o remount,bind,ro results && ";
+    if let Some(output) = in_namespace(place.path(), &format!("{mount}exec \"$0\" report results")) {
+        refused(&output, "error: cannot write results/report.html");
+    }
+}
+
+/// What cannot be told is a failure, whatever lies in the folder.
+#[test]
+fn a_full_stdout_is_said() {
+    let full = Path::new("/dev/full");
+    if !full.exists() {
+        return eprintln!("skipped: no {}", full.display());
+    }
+    let place = tempfile::tempdir().unwrap();
+    for command in ["bench --no-gpu --suite smoke -m rqt --out results", "report results", "cmp results results"] {
+        let script = format!("exec \"$0\" {command} > {}", full.display());
+        let arguments = ["-c", &script, env!("CARGO_BIN_EXE_terrain-lod")];
+        let output = Command::new("sh").current_dir(place.path()).args(arguments).output().unwrap();
+        refused(&output, "error: cannot write to stdout");
+    }
 }

@@ -138,12 +138,152 @@ fn what_is_no_results_folder_is_refused_in_a_line() {
     assert!(said.contains("rqt-1px-error.csv") && said.contains("line: 14") && code == Some(4), "{said}");
 }
 
+/// Two benches, a sweep in each, and curves over the flight of one.
+const SUITE: &str = r#"
+methods = ["tin", "decimated"]
+step = [2, 4]
+size_px = [160, 90]
+frames = 6
+repeats = 2
+warm_up = 1
+
+[[tables]]
+title = "Triangles <by> bench"
+rows = ["bench", "method"]
+values = ["triangles_mean"]
+
+[[equal_error]]
+title = "At equal error"
+errors_px = [2, 20]
+measures = ["error_px_max"]
+costs = ["triangles_mean", "plan_ms_p50"]
+
+[[flight_curves]]
+file = "figure-6"
+title = "Share of triangulation"
+benches = ["huge", "large"]
+measure = "triangulation-share"
+curves = "tolerance_px"
+series = [{ name = "one's own", only = { selector = "bounded" } }]
+
+[[flight_curves]]
+file = "figure-7"
+title = "Triangles a second"
+benches = ["large"]
+measure = "triangles-per-second"
+curves = "tolerance_px"
+
+[[benches]]
+name = "small"
+dem = "synthetic:33x33:1"
+methods = ["rqt", "decimated"]
+tolerance_px = [2, 8]
+
+[[benches]]
+name = "large"
+dem = "synthetic:97x97:1"
+tolerance_px = [0.5, 1, 2, 4]
+
+[[benches]]
+name = "huge"
+dem = "synthetic:129x129:1"
+optional = true
+"#;
+
+/// A folder with `results` of the suite.
+fn flown_suite() -> TempDir {
+    let place = tempfile::tempdir().unwrap();
+    fs::write(place.path().join("two.toml"), SUITE).unwrap();
+    let output = terrain_lod(place.path(), &["bench", "--no-gpu", "--suite", "two.toml", "--out", "results"]);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    place
+}
+
+#[test]
+fn a_suite_has_one_page_with_every_bench() {
+    let place = flown_suite();
+    let page = report(place.path(), &["--svg", "figures"]);
+    assert!(page == report(place.path(), &[]), "two reports differ");
+    well_formed(&page);
+    assert!(!page.contains("http://") && !page.contains("https://") && !page.contains(" src="), "it opens offline");
+    assert!(page.contains("<h1>two: 2 benches</h1>") && page.contains("Triangles &lt;by&gt; bench"));
+    for bench in ["small", "large"] {
+        assert!(page.contains(&format!("<section id=\"{bench}-bench\">")), "{bench}");
+        let command = format!("cargo xtask bench --no-gpu --suite two.toml --out results --benches {bench}");
+        assert!(page.contains(&command), "{command}");
+        for row in read_rows(&place.path().join("results").join(bench).join("summary.csv")) {
+            assert!(page.contains(&row["setting"]), "{}", row["setting"]);
+        }
+    }
+    assert_eq!(page.matches("No frame times.").count(), 1, "what holds for all is said once");
+    let mut ids: Vec<&str> = page.split(" id=\"").skip(1).map(|rest| rest.split('"').next().unwrap()).collect();
+    let count = ids.len();
+    ids.sort();
+    ids.dedup();
+    assert_eq!(ids.len(), count, "two elements of one id");
+    let names = ["equal-error-triangles-by-largest-error", "figure-6-one-s-own", "figure-7", "large-frame-plan-time"];
+    for name in names {
+        let svg = fs::read_to_string(place.path().join(format!("figures/{name}.svg"))).unwrap();
+        well_formed(&svg);
+        assert!(page.contains(&format!("id=\"{name}-title\"")), "{name}");
+    }
+    let figure = fs::read_to_string(place.path().join("figures/figure-7.svg")).unwrap();
+    for curve in ["0.5 px", "1 px", "2 px", "4 px"] {
+        assert!(figure.contains(&format!(">{curve}</text>")), "{curve}");
+    }
+}
+
+#[test]
+fn a_suite_that_was_interrupted_has_a_report() {
+    let place = flown_suite();
+    let results = place.path().join("results");
+    fs::write(results.join("INCOMPLETE"), "").unwrap();
+    fs::remove_dir_all(results.join("large")).unwrap();
+    for name in ["summary.csv", "tables.md", "equal-error.csv"] {
+        fs::remove_file(results.join(name)).unwrap();
+    }
+    let page = report(place.path(), &[]);
+    well_formed(&page);
+    assert!(
+        page.contains("<strong>Incomplete.</strong> The suite")
+            && page.contains("<dt>Not flown yet</dt><dd>large</dd>")
+    );
+    fs::remove_file(results.join("INCOMPLETE")).unwrap();
+    let (said, code) = refused(place.path(), &["results"]);
+    assert!(said.contains("large") && said.contains("no results folder") && code == Some(4), "{said}");
+}
+
+#[test]
+fn figures_are_shown_with_what_made_them() {
+    let place = flown(&["--methods", "rqt", "--tolerance", "1"]);
+    let results = place.path().join("results");
+    let png = fs::read(Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/golden/pixel.png")).unwrap();
+    fs::create_dir_all(results.join("figures")).unwrap();
+    fs::write(results.join("figures/a.png"), &png).unwrap();
+    fs::write(results.join("figures/b.svg"), "<svg xmlns=\"http://www.w3.org/2000/svg\"/>").unwrap();
+    let rows = "file,title,caption,command\nfigures/a.png,Figure <1>,Wire,\"make a, b\"\nfigures/b.svg,Figure 2,,\n";
+    fs::write(results.join("figures.csv"), rows).unwrap();
+    fs::write(results.join("shots/rqt-1px-frame0005-error.png"), &png).unwrap();
+    fs::write(results.join("pictures.csv"), "run,frame,mssim\nrqt-1px,5,0.987\n").unwrap();
+    let page = report(place.path(), &[]);
+    well_formed(&page);
+    for expected in [
+        "Figure &lt;1&gt;",
+        "make a, b",
+        "data:image/svg+xml;base64,",
+        "Frame 5, error",
+        "<td class=\"number\">0.987</td>",
+    ] {
+        assert!(page.contains(expected), "{expected}");
+    }
+    assert_eq!(page.matches("data:image/png;base64,").count(), 2);
+    fs::write(results.join("figures.csv"), "file,title,caption,command\n../a.png,x,,\n").unwrap();
+    let (said, code) = refused(place.path(), &["results"]);
+    assert!(said.contains("figures.csv") && said.contains("../a.png") && code == Some(4), "{said}");
+}
+
 #[test]
 fn the_script_runs_in_chromium() {
-    let Some(chromium) = chromium() else {
-        eprintln!("skipped: no chromium, chromium-browser or google-chrome on this machine");
-        return;
-    };
     let place = flown(&[]);
     // A picture, for the script's other half. What it shows does not matter.
     let png = fs::read(Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/golden/pixel.png")).unwrap();
@@ -153,18 +293,39 @@ fn the_script_runs_in_chromium() {
         }
     }
     report(place.path(), &[]);
-    let page = place.path().join("results/report.html");
+    let Some(dom) = dom(place.path()) else { return };
+    assert!(dom.contains("A: tin bounded 2 px") && dom.contains("B: full-grid"), "the pictures are paired");
+    assert!(dom.contains("class=\"cursor\" d=\"M"), "the cursor stands in the charts");
+}
+
+#[test]
+fn the_script_runs_over_a_suite_in_chromium() {
+    let place = flown_suite();
+    report(place.path(), &[]);
+    let Some(dom) = dom(place.path()) else { return };
+    let curves = dom.matches("data-curve=").count();
+    assert!(
+        curves > 8 && dom.matches("class=\"cursor\" d=\"M").count() == curves,
+        "a cursor in each chart of each bench"
+    );
+}
+
+/// The page as Chromium has it after its script; `None` where there is no Chromium.
+fn dom(place: &Path) -> Option<String> {
+    let Some(chromium) = chromium() else {
+        eprintln!("skipped: no chromium, chromium-browser or google-chrome on this machine");
+        return None;
+    };
     let output = Command::new(chromium)
         .args(["--headless", "--no-sandbox", "--disable-gpu", "--enable-logging=stderr", "--dump-dom"])
-        .arg(format!("--user-data-dir={}", place.path().join("profile").display()))
-        .arg(format!("file://{}", page.display()))
+        .arg(format!("--user-data-dir={}", place.join("profile").display()))
+        .arg(format!("file://{}", place.join("results/report.html").display()))
         .output()
         .unwrap();
     let (dom, said) = (String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
     assert!(dom.contains("data-script=\"ready\"") && !dom.contains("data-error"), "{said}");
     assert!(!said.contains("CONSOLE"), "{said}");
-    assert!(dom.contains("A: tin bounded 2 px") && dom.contains("B: full-grid"), "the pictures are paired");
-    assert!(dom.contains("class=\"cursor\" d=\"M"), "the cursor stands in the charts");
+    Some(dom.into_owned())
 }
 
 fn chromium() -> Option<PathBuf> {
