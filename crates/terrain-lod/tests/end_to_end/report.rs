@@ -303,7 +303,7 @@ fn the_script_runs_over_a_suite_in_chromium() {
     let place = flown_suite();
     report(place.path(), &[]);
     let Some(dom) = dom(place.path()) else { return };
-    let curves = dom.matches("data-curve=").count();
+    let curves = dom.matches(" data-ends=").count();
     assert!(
         curves > 8 && dom.matches("class=\"cursor\" d=\"M").count() == curves,
         "a cursor in each chart of each bench"
