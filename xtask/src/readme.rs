@@ -107,10 +107,11 @@ fn caption(machine: &Value) -> String {
         }
         (name, kind) => format!("{name} ({kind})"),
     };
+    let build = if text("profile") == "debug" { " **Debug build: its times mean nothing.**" } else { "" };
     let size: Vec<String> =
         machine["options"]["size_px"].as_array().into_iter().flatten().map(Value::to_string).collect();
     format!(
-        "DEM {} ({} x {} samples), flight {}, {} frames of {} pixels.\n`cargo xtask {}`, {}, {} cores ({}), {adapter}.\n",
+        "DEM {} ({} x {} samples), flight {}, {} frames of {} pixels.\n`cargo xtask {}`, {}, {} cores ({}), {adapter}.{build}\n",
         text("dem"),
         number("dem_columns"),
         number("dem_rows"),
