@@ -76,7 +76,7 @@ fn splice(text: &str, table: &dyn Fn(&str) -> Result<String, Fault>) -> Result<S
         let Some(at) = after.find(&end) else {
             return Err(Fault::failure(format!("README.md: expected a line {end} after <!-- recorded: {name} -->")));
         };
-        let _ = write!(made, "{before}<!-- recorded: {name} -->\n{}{end}", table(name)?);
+        let _ = write!(made, "{before}<!-- recorded: {name} -->\n{}\n{end}", table(name)?);
         rest = &after[at + end.len()..];
         count += 1;
     }
@@ -243,7 +243,7 @@ mod tests {
         let table = |name: &str| Ok(format!("table of {name}\n"));
         let text = "a\n<!-- recorded: q -->\nold 7.5\n<!-- end of q -->\nb\n";
         let made = splice(text, &table).map_err(|fault| fault.message).unwrap();
-        assert_eq!(made, "a\n<!-- recorded: q -->\ntable of q\n<!-- end of q -->\nb\n");
+        assert_eq!(made, "a\n<!-- recorded: q -->\ntable of q\n\n<!-- end of q -->\nb\n");
         assert_eq!(splice(&made, &table).map_err(|fault| fault.message).unwrap(), made);
         assert!(splice("a\n<!-- recorded: q -->\n", &table).is_err());
         assert!(splice("no lines", &table).is_err());

@@ -22,6 +22,7 @@ mod html;
 mod look;
 mod markdown;
 mod marks;
+mod measures;
 mod page;
 mod pictures;
 mod runs;

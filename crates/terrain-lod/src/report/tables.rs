@@ -5,6 +5,7 @@ use crate::fault::Fault;
 use crate::report::bench_page::BenchPage;
 use crate::report::html::{Column, digits, escape, group, table};
 use crate::report::markdown::{self, Block, Table, inline};
+use crate::report::measures;
 
 /// What the tables of the bench begin with, where a row is a run.
 const IDENTITY: [&str; 3] = ["method", "setting", "tolerance px"];
@@ -23,7 +24,7 @@ pub fn html(part: &BenchPage) -> Result<String, Fault> {
     }
     match text.is_empty() {
         true => Ok("<p>This folder has no <code>summary.md</code>: the bench has not come so far.</p>\n".into()),
-        false => Ok(text),
+        false => Ok(text + &measures::html(part)?),
     }
 }
 
