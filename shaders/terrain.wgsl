@@ -28,6 +28,8 @@ struct Frame {
 
 const COLOUR_BY_PATCH = 1u;
 const COLOUR_BY_LEVEL = 2u;
+const COLOUR_PLAIN = 3u;
+const COLOUR_BY_NORMAL = 4u;
 const NORMALS_PER_VERTEX = 1u;
 const MORPH_START = 0.7;
 const MORPH_END = 0.95;
@@ -254,6 +256,7 @@ fn surface_colour(in: Corner, normal: vec3<f32>) -> vec3<f32> {
     switch frame.colour {
         case COLOUR_BY_PATCH: { return patch_colour(in.tag >> 4u); }
         case COLOUR_BY_LEVEL: { return level_colour(in.tag & 15u); }
+        case COLOUR_PLAIN: { return vec3<f32>(0.30); }
         default: { return ground_colour(in.height_m, normal); }
     }
 }
@@ -272,7 +275,16 @@ fn haze(position_eye: vec3<f32>) -> f32 {
     return 1.0 - exp2(-distance * distance);
 }
 
+// x, z and y of the normal as red, green and blue; squared, since the target takes linear light.
+fn normal_colour(normal: vec3<f32>) -> vec3<f32> {
+    let colour = 0.5 + 0.5 * normal.xzy;
+    return colour * colour;
+}
+
 fn lit(in: Corner, normal: vec3<f32>) -> vec3<f32> {
+    if frame.colour == COLOUR_BY_NORMAL {
+        return normal_colour(normal);
+    }
     return surface_colour(in, normal) * light(normal);
 }
 

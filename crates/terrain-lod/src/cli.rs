@@ -148,7 +148,8 @@ impl From<SubmissionName> for Submission {
 }
 
 /// What the triangles are coloured by.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum, Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum ColourName {
     /// Height and slope, under one sun
     Shaded,
@@ -156,6 +157,10 @@ pub enum ColourName {
     Patch,
     /// One colour a level
     Level,
+    /// One grey
+    Plain,
+    /// The normals themselves
+    Normal,
 }
 
 impl From<ColourName> for Colour {
@@ -164,6 +169,8 @@ impl From<ColourName> for Colour {
             ColourName::Shaded => Self::Shaded,
             ColourName::Patch => Self::ByPatch,
             ColourName::Level => Self::ByLevel,
+            ColourName::Plain => Self::Plain,
+            ColourName::Normal => Self::ByNormal,
         }
     }
 }
@@ -177,6 +184,8 @@ pub enum NormalsName {
     Pixel,
     /// At the vertices
     Vertex,
+    /// Of each triangle: flat shading
+    Triangle,
 }
 
 impl From<NormalsName> for Normals {
@@ -184,6 +193,7 @@ impl From<NormalsName> for Normals {
         match name {
             NormalsName::Pixel => Self::PerPixel,
             NormalsName::Vertex => Self::PerVertex,
+            NormalsName::Triangle => Self::PerTriangle,
         }
     }
 }

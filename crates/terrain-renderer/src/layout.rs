@@ -30,9 +30,9 @@ pub struct FrameUniforms {
     pub half_light_m: f32,
     /// What the terrain fades into: linear red, green, blue.
     pub haze_colour: [f32; 3],
-    /// [`Colour`] as a number: 0 shaded, 1 by patch, 2 by level.
+    /// [`Colour`] as a number: 0 shaded, 1 by patch, 2 by level, 3 plain, 4 by normal.
     pub colour: u32,
-    /// [`Normals`] as a number: 0 per pixel, 1 per vertex; 2 where the scene has none, so that each triangle has one.
+    /// [`Normals`] as a number: 0 per pixel, 1 per vertex, 2 per triangle: also where the scene has none.
     pub normals: u32,
     /// Pixels that the wider spacing covers at a distance of 1 m.
     pub spacing_px_at_1_m: f32,
@@ -55,6 +55,7 @@ impl FrameUniforms {
         let [x, z] = [view.eye_world.x, view.eye_world.z];
         let eye_sample = [(x / spacing_m[0]).floor(), (z / spacing_m[1]).floor()];
         let [r, g, b, _] = Look::SKY;
+        let is_hazy = look.haze && look.colour != Colour::ByNormal;
         Self {
             clip_from_eye: view.clip_from_eye.as_mat4().to_cols_array_2d(),
             eye_sample: eye_sample.map(|at| at as i32),
@@ -63,15 +64,19 @@ impl FrameUniforms {
             last_sample: scene.size_samples().map(|samples| samples as i32 - 1),
             height_range_m: scene.height_range_m(),
             eye_height_m: view.eye_world.y as f32,
-            half_light_m: scene.half_light_m(),
+            // So far away that nothing is lost on the way.
+            half_light_m: if is_hazy { scene.half_light_m() } else { f32::MAX },
             haze_colour: [r, g, b],
             colour: match look.colour {
                 Colour::Shaded => 0,
                 Colour::ByPatch => 1,
                 Colour::ByLevel => 2,
+                Colour::Plain => 3,
+                Colour::ByNormal => 4,
             },
             normals: match look.normals {
                 _ if !scene.has_heights() => 2,
+                Normals::PerTriangle => 2,
                 Normals::PerPixel => 0,
                 Normals::PerVertex => 1,
             },

@@ -2,7 +2,7 @@
 
 mod hills;
 
-use hills::shot::{shaded, shoot};
+use hills::shot::{is_background, shaded, shoot};
 use hills::{Mesh, adapter, baked_grid, coarse_grid, view};
 use image::RgbaImage;
 use std::f64::consts::FRAC_PI_2;
@@ -48,4 +48,38 @@ fn both_vertex_kinds_have_the_same_normals_at_the_vertices() {
     let [baked, displaced] = [&baked_grid(&dem, 1_000_000), &coarse_grid(&dem, 128, 1)]
         .map(|mesh| from_above(&gpu, &dem, mesh, Normals::PerVertex));
     assert!(baked == displaced);
+}
+
+/// Eight triangles: with normals of their own each has one shade, with those of the DEM the ripples are seen.
+#[test]
+fn a_triangle_of_one_grey_has_one_shade() {
+    let Some(gpu) = adapter() else { return };
+    let (dem, eye) = (ripples(), view(64.0, 64.0, 3500.0, 0.0, -FRAC_PI_2));
+    let unlike_neighbours = |normals| {
+        let look = Look { normals, haze: false, ..shaded(Colour::Plain) };
+        let picture = shoot(&gpu, &dem, Submission::Direct, &coarse_grid(&dem, 2, 64), &eye, &look).picture;
+        let is_unlike = |x: u32, y: u32| picture[(x, y)].0[0].abs_diff(picture[(x + 1, y)].0[0]) > 1;
+        let places = (0..picture.height()).flat_map(|y| (0..picture.width() - 1).map(move |x| (x, y)));
+        places.filter(|(x, y)| is_unlike(*x, *y)).count()
+    };
+    let (flat, smooth) = (unlike_neighbours(Normals::PerTriangle), unlike_neighbours(Normals::PerPixel));
+    assert!(flat < 2000 && smooth > 10_000, "{flat} and {smooth} of 57,420 pairs");
+}
+
+/// A level plain is of one grey to the horizon, unless there is haze; its normals point up.
+#[test]
+fn a_level_plain_shows_haze_and_normals_alone() {
+    let Some(gpu) = adapter() else { return };
+    let dem = hills::heightmap(65, 65, |_, _| 0.0);
+    let eye = view(32.0, 62.0, 100.0, 0.0, -0.2);
+    let shades = |look: &Look| {
+        let picture = shoot(&gpu, &dem, Submission::Direct, &baked_grid(&dem, 1_000_000), &eye, look).picture;
+        picture.pixels().filter(|pixel| !is_background(pixel)).copied().collect::<std::collections::HashSet<_>>()
+    };
+    let look = |colour, haze| Look { haze, ..shaded(colour) };
+    assert_eq!(shades(&look(Colour::Plain, false)).len(), 1);
+    assert!(shades(&look(Colour::Plain, true)).len() > 10);
+    // 0.5, 0.5 and 1, squared: 137 of 255 in sRGB.
+    let up = image::Rgba([137, 137, 255, 255]);
+    assert_eq!(shades(&look(Colour::ByNormal, true)), [up].into());
 }
