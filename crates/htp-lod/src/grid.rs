@@ -133,7 +133,7 @@ impl Grid {
     }
 
     /// Without height ranges.
-    fn sized(samples: [u32; 2], spacing_m: [f64; 2], options: &Options, window: Window) -> Self {
+    pub fn sized(samples: [u32; 2], spacing_m: [f64; 2], options: &Options, window: Window) -> Self {
         let last = samples.map(|samples| samples - 1);
         let mut grid = Self { k: options.k, last, spacing_m, layers: Vec::new(), window };
         for level in 0..options.layers {

@@ -36,6 +36,7 @@
 mod blocks;
 mod border;
 mod cell_layout;
+mod cell_patches;
 mod cell_vertices;
 mod cells;
 mod closure;
@@ -64,6 +65,7 @@ mod window;
 mod wishes;
 
 pub use blocks::{index_list, local_vertices};
+pub use cell_patches::cell_patches;
 pub use cells::{
     Cell, CellFile, CellSource, CellsError, CellsHeader, CutError, Cutter, Resident, Scan, cut, cut_steps,
 };
