@@ -52,6 +52,12 @@ impl<'a> ErrorOracle<'a> {
         self.signed_m[self.heightmap.index(at) as usize].abs()
     }
 
+    /// The screen-space error at one sample, in view or not; NaN where no triangle covers it.
+    pub fn error_px(&self, view: &View, at: Sample) -> f32 {
+        let distance_m = DVec3::from(self.heightmap.world(at)).distance(view.eye_world);
+        view.pixels(self.deviation_m(at).into(), distance_m) as f32
+    }
+
     /// Whether the mesh before covered a sample.
     pub fn was_covered(&self, at: Sample) -> bool {
         !self.signed_before_m[self.heightmap.index(at) as usize].is_nan()
@@ -273,6 +279,10 @@ mod tests {
                 let expected = brute_force_m(&dem, &mesh, at).unwrap() - dem.height_m(at) as f64;
                 assert!((deviation_m as f64 - expected.abs()).abs() < 1e-4, "seed {seed}, {at:?}");
                 assert_eq!(deviation_m, oracle.deviation_m(at));
+                let view = view(seed);
+                let distance_m = DVec3::from(dem.world(at)).distance(view.eye_world);
+                let error_px = deviation_m as f64 * 200.0 / (2.0 * 0.1f64.tan() * distance_m);
+                assert!((oracle.error_px(&view, at) as f64 - error_px).abs() <= 1e-6 * error_px, "seed {seed}, {at:?}");
             }
         }
     }

@@ -14,6 +14,7 @@ mod method;
 mod mirror;
 mod morph;
 pub mod odometer;
+pub mod picture;
 mod plan;
 pub mod popping;
 mod random;
@@ -37,4 +38,4 @@ pub use plan::{
 pub use random::SplitMix64;
 pub use stats::{FrameStats, triangles_by_level};
 pub use vertex::{BakedVertex, LocalVertex, PatchInstance, Sample};
-pub use view::{Aabb, Camera, Lens, View, ViewError};
+pub use view::{Aabb, Camera, Lens, Unprojection, View, ViewError};

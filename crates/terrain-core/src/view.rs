@@ -57,6 +57,26 @@ pub struct View {
     frustum_world: [DVec4; 5],
 }
 
+/// The way back from a picture to the world.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Unprojection {
+    eye_world: DVec3,
+    eye_from_clip: DMat4,
+    size_px: [f64; 2],
+    near_m: f64,
+}
+
+impl Unprojection {
+    /// The world point at a place of the picture, in pixels from its upper left corner, whose reversed depth is `depth`:
+    /// above 0, and 1 on the near plane.
+    pub fn point(&self, at_px: [f64; 2], depth: f64) -> DVec3 {
+        let distance_m = self.near_m / depth; // along the view's axis: w in clip space
+        let x = (2.0 * at_px[0] / self.size_px[0] - 1.0) * distance_m;
+        let y = (1.0 - 2.0 * at_px[1] / self.size_px[1]) * distance_m;
+        self.eye_world + (self.eye_from_clip * DVec4::new(x, y, self.near_m, distance_m)).truncate()
+    }
+}
+
 impl View {
     /// The view of `camera` through `lens`; refuses numbers that are not finite or out of range.
     pub fn new(camera: &Camera, lens: &Lens) -> Result<Self, ViewError> {
@@ -116,6 +136,16 @@ impl View {
         let [x, y] = [way.x * from.w - from.x * way.w, way.y * from.w - from.y * way.w].map(|clip| clip * over);
         let [width, height] = self.size_px.map(f64::from);
         0.5 * ((x * width).powi(2) + (y * height).powi(2)).sqrt()
+    }
+
+    /// What turns depths of this view into points of the world.
+    pub fn unprojection(&self) -> Unprojection {
+        Unprojection {
+            eye_world: self.eye_world,
+            eye_from_clip: self.clip_from_eye.inverse(),
+            size_px: self.size_px.map(f64::from),
+            near_m: self.clip_from_eye.w_axis.z,
+        }
     }
 
     /// Distance in metres from the eye to the nearest point of a box; 0 inside it.
@@ -224,6 +254,25 @@ mod tests {
             pitch: pitch_deg.to_radians(),
         };
         View::new(&camera, &Lens { fov_y: FRAC_PI_2, size_px: [200, 100], near_m: 1.0 }).unwrap()
+    }
+
+    #[test]
+    fn a_point_comes_back_from_its_place_in_the_picture() {
+        for (heading_deg, pitch_deg) in [(0.0, 0.0), (77.0, -20.0), (200.0, 65.0)] {
+            let view = view(heading_deg, pitch_deg);
+            let way_back = view.unprojection();
+            for ahead in [[0.1, -0.2, 1.0], [-0.4, 0.3, 40.0], [0.0, 0.0, 90_000.0]] {
+                // In the camera's axes: shares of the distance to the right and upwards, and metres ahead.
+                let [x, y, metres] = ahead;
+                let axes =
+                    DQuat::from_rotation_y(-heading_deg.to_radians()) * DQuat::from_rotation_x(pitch_deg.to_radians());
+                let point = view.eye_world + axes * DVec3::new(x * metres, y * metres, -metres);
+                let clip = view.clip_from_world * point.extend(1.0);
+                let at_px = [100.0 * (1.0 + clip.x / clip.w), 50.0 * (1.0 - clip.y / clip.w)];
+                let found = way_back.point(at_px, clip.z / clip.w);
+                assert!(found.distance(point) < 1e-9 * metres.max(1.0), "{found} for {point}");
+            }
+        }
     }
 
     fn ndc(view: &View, offset: [f64; 3]) -> DVec3 {
