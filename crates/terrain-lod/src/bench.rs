@@ -12,6 +12,7 @@ use crate::benches;
 use crate::cli::BenchArgs;
 use crate::dry_run;
 use crate::fault::{Cause, Fault};
+use crate::figures;
 use crate::frame_times::RepeatTimes;
 use crate::interrupt;
 use crate::interval::Verdict;
@@ -46,9 +47,15 @@ pub fn run(args: &BenchArgs) -> Result<(), Fault> {
     };
     let sitting = Sitting { args, gpu: open_gpu(args)?, utc };
     if args.dry_run {
-        return print(&sitting.describe(bench, &folder, begun)?);
+        let figures = file.single().map_or_else(String::new, |_| figures::describe(&file, &sitting));
+        return print(&(sitting.describe(bench, &folder, begun)? + &figures));
     }
-    let landed = sitting.fly(bench, &folder, begun)?;
+    // One bench of several goes on without the suite's figures.
+    let figures = |results: &Results| match file.single() {
+        Some(_) => figures::make(&file, &sitting, results),
+        None => Ok(Ok(())),
+    };
+    let landed = sitting.fly(bench, &folder, begun, &figures)?;
     print(&format!("{}\nResults: {}\n", landed.text, folder.display()))?;
     landed.answer
 }
@@ -70,8 +77,14 @@ pub struct Landed {
 }
 
 impl Sitting<'_> {
-    /// All passes of one bench, into its folder.
-    pub fn fly(&self, mut bench: Bench, folder: &Path, begun: Option<Begun>) -> Result<Landed, Fault> {
+    /// All passes of one bench, into its folder; `last` is what else belongs there.
+    pub fn fly(
+        &self,
+        mut bench: Bench,
+        folder: &Path,
+        begun: Option<Begun>,
+        last: &dyn Fn(&Results) -> Result<Result<(), Fault>, Fault>,
+    ) -> Result<Landed, Fault> {
         let mut renderer = self.prepare(&mut bench, begun.as_ref())?;
         // From here on there is something to leave in order. What is above ends at once.
         interrupt::listen();
@@ -80,12 +93,13 @@ impl Sitting<'_> {
         let mut flown = passes::fly(&bench, &mut renderer, &results, &surroundings(&machine))?;
         write_summary(&bench, &results, &flown)?;
         if let Some(gpu) = &self.gpu {
-            passes::take_shots(&bench, &mut self::renderer(gpu, &bench, true)?, &results, &mut flown)?;
+            passes::take_shots(&bench, gpu, &results, &mut flown)?;
         }
         let text = write_summary(&bench, &results, &flown)?;
+        let last = last(&results)?;
         results.complete()?;
         let rows = flown.iter().flat_map(|flown| flown.rows.clone()).collect();
-        Ok(Landed { text, rows, answer: answer(&flown) })
+        Ok(Landed { text, rows, answer: answer(&flown).and(last) })
     }
 
     /// What would be flown.
@@ -96,7 +110,7 @@ impl Sitting<'_> {
     }
 
     fn prepare(&self, bench: &mut Bench, begun: Option<&Begun>) -> Result<Option<Renderer>, Fault> {
-        let renderer = self.gpu.as_ref().map(|gpu| renderer(gpu, bench, false)).transpose()?;
+        let renderer = self.gpu.as_ref().map(|gpu| renderer(gpu, bench)).transpose()?;
         if let Some(begun) = begun {
             begun.refuse_another(&Machine::of(bench, renderer.as_ref(), self.utc.clone()))?;
         }
@@ -134,14 +148,15 @@ pub fn free_folder(args: &BenchArgs, utc: &str, suite: &str) -> Result<PathBuf, 
     Ok(folder)
 }
 
-fn renderer(gpu: &Gpu, bench: &Bench, count_primitives: bool) -> Result<Renderer, Fault> {
-    let settings = RendererSettings { size_px: bench.suite.size_px, submission: bench.submission, count_primitives };
+fn renderer(gpu: &Gpu, bench: &Bench) -> Result<Renderer, Fault> {
+    let (size_px, submission) = (bench.suite.size_px, bench.submission);
+    let settings = RendererSettings { size_px, submission, count_primitives: false };
     Ok(Renderer::over(gpu.clone(), scene(gpu, &bench.dem.heightmap)?, &settings)?)
 }
 
 /// The DEM on the GPU. What is too large for a texture is drawn without: by methods that bring their heights along, and with
 /// the normals of the triangles.
-fn scene(gpu: &Gpu, heightmap: &Heightmap) -> Result<Scene, Fault> {
+pub fn scene(gpu: &Gpu, heightmap: &Heightmap) -> Result<Scene, Fault> {
     match Scene::new(gpu, heightmap) {
         Err(RenderError::TextureTooLarge { .. }) => {
             let size = [heightmap.columns(), heightmap.rows()];
@@ -172,13 +187,17 @@ fn surroundings(machine: &Machine) -> Surroundings {
     }
 }
 
-/// Writes `summary.csv`, `summary.json`, `popping.csv` and `summary.md`, and returns the last.
+/// Writes `summary.csv`, `summary.json`, `popping.csv`, `pictures.csv` and `summary.md`, and returns the last.
 fn write_summary(bench: &Bench, results: &Results, flown: &[Flown]) -> Result<String, Fault> {
     let runs: Vec<(&SummaryRow, &RepeatTimes)> =
         flown.iter().flat_map(|flown| flown.rows.iter().map(|row| (row, &flown.times))).collect();
     let rows: Vec<&SummaryRow> = runs.iter().map(|(row, _)| *row).collect();
     results.write_csv("summary.csv", &rows)?;
     results.write_csv("popping.csv", &flown.iter().flat_map(|flown| &flown.popping).collect::<Vec<_>>())?;
+    let pictures: Vec<_> = flown.iter().flat_map(|flown| &flown.pictures).collect();
+    if !pictures.is_empty() {
+        results.write_csv("pictures.csv", &pictures)?;
+    }
     // What stands in the folder knows of earlier sittings.
     let machine: Value = results.read_json("machine.json")?.unwrap_or_default();
     let aa: Vec<_> = flown.iter().filter_map(|flown| flown.aa.clone()).collect();

@@ -12,6 +12,7 @@ use crate::begun::Begun;
 use crate::bench::{Landed, Sitting, free_folder, open_gpu};
 use crate::cli::BenchArgs;
 use crate::fault::{Cause, Fault};
+use crate::figures;
 use crate::flight_curves::FlightCurves;
 use crate::output::print;
 use crate::record::{Record, record};
@@ -75,6 +76,7 @@ pub fn run(args: &BenchArgs, file: &SuiteFile, begun: Option<Begun>) -> Result<(
         flown.push((name, landed.rows));
         write_tables(&results, file, &flown)?;
     }
+    answer = answer.and(figures::make(file, &sitting, &results)?);
     let text = write_tables(&results, file, &flown)?;
     print(&format!("## {}\n\n{text}\nResults: {}\n", file.name, results.complete()?.display()))?;
     answer
@@ -111,6 +113,7 @@ fn describe(sitting: &Sitting, file: &SuiteFile, benches: Vec<Bench>, folder: &P
             }
         }
     }
+    print(&figures::describe(file, sitting))?;
     file.notes.iter().try_for_each(|note| print(&format!("{note}\n")))
 }
 
@@ -142,8 +145,8 @@ impl Step {
 
 fn land(sitting: &Sitting, bench: Bench, folder: &Path) -> Result<Landed, Fault> {
     match Step::of(folder)? {
-        Step::Begin => sitting.fly(bench, folder, None),
-        Step::GoOn(begun) => sitting.fly(bench, folder, Some(begun)),
+        Step::Begin => sitting.fly(bench, folder, None, &|_| Ok(Ok(()))),
+        Step::GoOn(begun) => sitting.fly(bench, folder, Some(begun), &|_| Ok(Ok(()))),
         Step::Complete(landed) => Ok(landed),
     }
 }

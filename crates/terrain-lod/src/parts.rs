@@ -10,6 +10,7 @@ use crate::error_pass::ErrorFrame;
 use crate::fault::{Cause, Fault};
 use crate::live_pass::LiveFrame;
 use crate::methods::Run;
+use crate::pictures::PictureRow;
 use crate::popping_bins::PoppingBin;
 use crate::results::Results;
 use crate::speed_pass::{Copy, Lane, SpeedFrame};
@@ -68,12 +69,13 @@ pub fn keep_speed(results: &Results, lane: &Lane) -> Result<(), Fault> {
     }
 }
 
-pub fn are_shots_taken(results: &Results, run: &Run) -> Result<bool, Fault> {
-    Ok(results.read_part::<()>(&format!("{}-shots", run.file_stem()))?.is_some())
+/// What the pictures of a run are worth; `None` where they are not taken.
+pub fn shots(results: &Results, run: &Run) -> Result<Option<Vec<PictureRow>>, Fault> {
+    results.read_part(&format!("{}-shots", run.file_stem()))
 }
 
-pub fn finish_shots(results: &Results, run: &Run) -> Result<(), Fault> {
-    results.write_part(&format!("{}-shots", run.file_stem()), &())
+pub fn finish_shots(results: &Results, run: &Run, pictures: &[PictureRow]) -> Result<(), Fault> {
+    results.write_part(&format!("{}-shots", run.file_stem()), &pictures)
 }
 
 fn speed_pass(copy: Copy) -> &'static str {

@@ -2,7 +2,7 @@
 //! as it is.
 
 use rayon::prelude::*;
-use terrain_renderer::Renderer;
+use terrain_renderer::{Gpu, Renderer};
 
 use crate::attempt::attempt;
 use crate::compare::Comparison;
@@ -12,11 +12,12 @@ use crate::frame_times::RepeatTimes;
 use crate::live_pass;
 use crate::methods::Run;
 use crate::parts::{self, Part};
+use crate::pictures::PictureRow;
 use crate::popping_bins::{self, PoppingBin};
 use crate::progress::Progress;
 use crate::repeats;
 use crate::results::Results;
-use crate::shots;
+use crate::shots::Studio;
 use crate::speed_pass::{self, Copy, Lane};
 use crate::suite::Bench;
 use crate::summary::{self, SummaryRow, Surroundings};
@@ -26,6 +27,8 @@ pub struct Flown {
     pub rows: Vec<SummaryRow>,
     /// What the error pass found beside them.
     pub popping: Vec<PoppingBin>,
+    /// What its pictures are worth.
+    pub pictures: Vec<PictureRow>,
     /// Of each repeat of the speed pass.
     pub times: RepeatTimes,
     /// Its two sets of flights, where there are two.
@@ -36,7 +39,7 @@ pub struct Flown {
 
 impl Flown {
     fn of(rows: Vec<SummaryRow>) -> Self {
-        Self { rows, popping: Vec::new(), times: RepeatTimes::default(), aa: None, fault: None }
+        Self { rows, popping: Vec::new(), pictures: Vec::new(), times: RepeatTimes::default(), aa: None, fault: None }
     }
 
     fn part(&self) -> Part {
@@ -53,6 +56,11 @@ impl Flown {
 
     fn fill(&mut self, mut fill: impl FnMut(&mut SummaryRow, usize)) {
         self.rows.iter_mut().enumerate().for_each(|(i, row)| fill(row, i));
+    }
+
+    fn take_pictures(&mut self, pictures: Vec<PictureRow>) {
+        self.rows.iter_mut().for_each(|row| summary::fill_pictures(row, &pictures));
+        self.pictures = pictures;
     }
 
     fn take_speed(&mut self, lane: &Lane) {
@@ -171,15 +179,25 @@ pub fn copies(bench: &Bench) -> &'static [Copy] {
     if bench.suite.aa { &[Copy::A, Copy::B] } else { &[Copy::A] }
 }
 
-/// Pictures of the runs that have come so far. The renderer must count primitives.
-pub fn take_shots(bench: &Bench, renderer: &mut Renderer, results: &Results, flown: &mut [Flown]) -> Result<(), Fault> {
+/// Pictures of the runs that have come so far.
+pub fn take_shots(bench: &Bench, gpu: &Gpu, results: &Results, flown: &mut [Flown]) -> Result<(), Fault> {
     let (folder, progress) = (results.path("shots"), Progress::new("pictures", 3 * bench.runs.len() as u64));
+    let mut studio = None;
     for (run, flown) in bench.runs.iter().zip(flown).filter(|(_, flown)| flown.fault.is_none()) {
-        if parts::are_shots_taken(results, run)? {
+        if let Some(pictures) = parts::shots(results, run)? {
+            flown.take_pictures(pictures);
             continue;
         }
-        match attempt(|| shots::take(bench, run, renderer, &folder, &progress))? {
-            Ok(()) => parts::finish_shots(results, run)?,
+        // Where all pictures are there, none is made.
+        let studio = match &mut studio {
+            Some(studio) => studio,
+            None => studio.insert(Studio::new(bench, gpu)?),
+        };
+        match attempt(|| studio.take(run, &folder, &progress))? {
+            Ok(pictures) => {
+                parts::finish_shots(results, run, &pictures)?;
+                flown.take_pictures(pictures);
+            }
             Err(fault) => flown.fail("pictures", fault),
         }
     }

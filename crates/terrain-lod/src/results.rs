@@ -70,6 +70,12 @@ impl Results {
         fs::create_dir_all(&path).map_err(|e| Fault::write(&path, e))
     }
 
+    /// Makes a further subfolder, or removes from it what a killed process was writing.
+    pub fn prepare(&self, name: &str) -> Result<(), Fault> {
+        self.make(name)?;
+        remove_partial(&self.path(name))
+    }
+
     pub fn folder(&self) -> &Path {
         &self.folder
     }

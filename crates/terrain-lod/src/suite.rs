@@ -18,12 +18,13 @@ use crate::choices::{
 use crate::cli::{BenchArgs, MethodArgs, NormalsName, SubmissionName};
 use crate::equal_error::EqualError;
 use crate::fault::Fault;
+use crate::figures::Figure;
 use crate::flight_curves::FlightCurves;
 use crate::methods::{MethodName, Run, Settings};
 use crate::pivot::Pivot;
 
 pub use bench::Bench;
-pub use file::{NamedSuite, SuiteFile};
+pub use file::{NamedSuite, SuiteFile, is_folder_name};
 use one_or_more::one_or_more;
 
 /// The DEM of the TIN's paper, which the user has to bring along.
@@ -147,6 +148,9 @@ pub struct Suite {
     pub equal_error: Vec<EqualError>,
     /// Charts over the flight for `report`; at the top of the file alone.
     pub flight_curves: Vec<FlightCurves>,
+    /// Pictures and drawings beside the tables; at the top of the file alone.
+    #[serde(skip_serializing)]
+    pub figures: Vec<Figure>,
     /// Several benches, each with a `name` and the fields in which it differs; see [`SuiteFile`]. Empty: the suite is one.
     #[serde(skip_serializing)]
     pub benches: Vec<toml::Table>,
@@ -202,6 +206,7 @@ impl Default for Suite {
             tables: Vec::new(),
             equal_error: Vec::new(),
             flight_curves: Vec::new(),
+            figures: Vec::new(),
             benches: Vec::new(),
         }
     }

@@ -8,6 +8,7 @@ use crate::frame_times::{RepeatTimes, percentile, sorted};
 use crate::live_pass::{LiveFlight, LiveFrame};
 use crate::methods::Run;
 use crate::output::tidy;
+use crate::pictures::PictureRow;
 use crate::speed_pass::SpeedFrame;
 use crate::suite::Bench;
 
@@ -142,6 +143,21 @@ pub struct SummaryRow {
     /// Writing the plan's uploads into the buffers.
     #[serde(default)]
     pub upload_ms_p50: Option<f64>,
+    /// From here to `picture_ridge_share`: the pictures against those of the full grid, means over their moments.
+    #[serde(default)]
+    pub picture_flat_rmse: Option<f64>,
+    #[serde(default)]
+    pub picture_flat_mssim: Option<f64>,
+    #[serde(default)]
+    pub picture_shaded_rmse: Option<f64>,
+    #[serde(default)]
+    pub picture_shaded_mssim: Option<f64>,
+    #[serde(default)]
+    pub picture_depth_rmse_m: Option<f64>,
+    #[serde(default)]
+    pub picture_outline_share: Option<f64>,
+    #[serde(default)]
+    pub picture_ridge_share: Option<f64>,
     pub threads: usize,
     pub submission: String,
     /// Flights in the speed pass.
@@ -295,6 +311,18 @@ pub fn fill_speed(row: &mut SummaryRow, frames: &[SpeedFrame], times: &RepeatTim
     row.update_ms_mean = mean_of(&updates);
     // Counts are counts, also while warming up: so they compare with the plan's draws.
     row.draw_calls_mean = mean_of(&frames.iter().filter_map(|f| f.draw_calls.map(f64::from)).collect::<Vec<_>>());
+}
+
+/// What the pictures are worth.
+pub fn fill_pictures(row: &mut SummaryRow, pictures: &[PictureRow]) {
+    let all = |number: fn(&PictureRow) -> Option<f64>| mean_of(&pictures.iter().filter_map(number).collect::<Vec<_>>());
+    row.picture_flat_rmse = all(|picture| Some(picture.flat_rmse));
+    row.picture_flat_mssim = all(|picture| picture.flat_mssim);
+    row.picture_shaded_rmse = all(|picture| Some(picture.shaded_rmse));
+    row.picture_shaded_mssim = all(|picture| picture.shaded_mssim);
+    row.picture_depth_rmse_m = all(|picture| picture.depth_rmse_m);
+    row.picture_outline_share = all(|picture| picture.outline_share);
+    row.picture_ridge_share = all(|picture| picture.ridge_share);
 }
 
 fn mean(frames: &[ErrorFrame], count: fn(&ErrorFrame) -> u64) -> Option<f64> {

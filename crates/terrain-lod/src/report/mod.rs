@@ -31,6 +31,8 @@ mod tables;
 mod warnings;
 mod whole;
 
+pub use facts::command;
+
 use std::path::Path;
 
 use terrain_dem::write_atomically;

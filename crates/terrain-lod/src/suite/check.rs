@@ -6,6 +6,7 @@ use terrain_dem::{Crop, ReadOptions};
 
 use super::{FRAMES, PIXELS, REPEATS, SHARES, SIDE_PX, STEPS, Suite, THREADS};
 use crate::equal_error::EqualError;
+use crate::figures;
 use crate::pivot::Pivot;
 
 impl Suite {
@@ -80,6 +81,7 @@ impl Suite {
         self.threads.iter().try_for_each(|threads| within("threads", (*threads).into(), THREADS))?;
         self.tables.iter().try_for_each(Pivot::validate)?;
         self.equal_error.iter().try_for_each(EqualError::validate)?;
-        self.flight_curves.iter().try_for_each(|curves| curves.validate(&[]))
+        self.flight_curves.iter().try_for_each(|curves| curves.validate(&[]))?;
+        figures::validate(&self.figures)
     }
 }

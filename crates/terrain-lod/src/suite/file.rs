@@ -23,6 +23,7 @@ use super::{PUGET, Suite};
 use crate::cli::BenchArgs;
 use crate::equal_error::EqualError;
 use crate::fault::{Cause, Fault};
+use crate::figures::{self, Figure};
 use crate::flight_curves::FlightCurves;
 use crate::pivot::Pivot;
 
@@ -41,7 +42,7 @@ const BUILT_IN: [(&str, &str); 10] = [
 ];
 
 /// Keys of a suite's top that its benches do not take over.
-const OF_THE_TOP: [&str; 4] = ["benches", "tables", "equal_error", "flight_curves"];
+const OF_THE_TOP: [&str; 5] = ["benches", "tables", "equal_error", "flight_curves", "figures"];
 
 /// What a suite file asks for, with the command line's own choices.
 pub struct SuiteFile {
@@ -51,6 +52,7 @@ pub struct SuiteFile {
     pub tables: Vec<Pivot>,
     pub equal_error: Vec<EqualError>,
     pub flight_curves: Vec<FlightCurves>,
+    pub figures: Vec<Figure>,
     /// What a reader must know: benches that are not flown, DEMs that stand in for others.
     pub notes: Vec<String>,
     pub benches: Vec<NamedSuite>,
@@ -85,24 +87,27 @@ impl SuiteFile {
             tables: top.tables.clone(),
             equal_error: top.equal_error.clone(),
             flight_curves: top.flight_curves.clone(),
+            figures: top.figures.clone(),
             notes: Vec::new(),
             benches: Vec::new(),
         };
         if args.puget.is_some() && !names_puget(&top) {
             return Err(Fault::usage(format!("{place}: no bench flies over Puget Sound; expected --dem, not --puget")));
         }
+        let in_file = |reason: String| Fault::new(Cause::BadInput, format_args!("{place}: {reason}"));
         if top.benches.is_empty() {
             args.refuse_benches(&[])?;
+            figures::refuse_benches(&file.figures, &[]).map_err(in_file)?;
             file.take(None, top, args)?;
             return Ok(file);
         }
-        let in_file = |reason: String| Fault::new(Cause::BadInput, format_args!("{place}: {reason}"));
         file.validate_tables().map_err(in_file)?;
         let table: Table = source.parse().map_err(|e| refuse(&e))?;
         let benches = benches(&table, &top.benches).map_err(in_file)?;
         let names: Vec<&str> = benches.iter().map(|(head, _)| head.name.as_str()).collect();
         file.flight_curves.iter().try_for_each(|curves| curves.validate(&names)).map_err(in_file)?;
         args.refuse_benches(&names)?;
+        figures::refuse_benches(&file.figures, &names).map_err(in_file)?;
         for (head, suite) in benches {
             if args.benches.as_ref().map_or(!head.optional, |asked| asked.contains(&head.name)) {
                 file.take(Some(head.name), suite, args)?;
@@ -121,7 +126,8 @@ impl SuiteFile {
 
     fn validate_tables(&self) -> Result<(), String> {
         self.tables.iter().try_for_each(Pivot::validate)?;
-        self.equal_error.iter().try_for_each(EqualError::validate)
+        self.equal_error.iter().try_for_each(EqualError::validate)?;
+        figures::validate(&self.figures)
     }
 
     /// Adds a bench with the command line's choices, unless nothing of it is to be flown.
@@ -183,7 +189,8 @@ fn benches(top: &Table, benches: &[Table]) -> Result<Vec<(Head, Suite)>, String>
 }
 
 fn merge(top: &Table, bench: &Table) -> Result<(Head, Suite), String> {
-    if let Some(key) = ["benches", "equal_error", "flight_curves"].iter().find(|key| bench.contains_key(**key)) {
+    let of_the_top = ["benches", "equal_error", "flight_curves", "figures"];
+    if let Some(key) = of_the_top.iter().find(|key| bench.contains_key(**key)) {
         return Err(format!("{key}; expected at the top of the file"));
     }
     let one_line = |e: toml::de::Error| e.to_string().trim().replace('\n', " ");
@@ -197,7 +204,7 @@ fn merge(top: &Table, bench: &Table) -> Result<(Head, Suite), String> {
     Ok((head, merged.try_into().map_err(one_line)?))
 }
 
-fn is_folder_name(name: &str) -> bool {
+pub fn is_folder_name(name: &str) -> bool {
     let is_plain = |c: char| c.is_ascii_alphanumeric() || "._-".contains(c);
     !name.is_empty() && !name.starts_with('.') && name.chars().all(is_plain)
 }
@@ -248,9 +255,11 @@ mod tests {
             let top: Table = text.parse().unwrap();
             suite.tables.iter().try_for_each(Pivot::validate).unwrap();
             suite.equal_error.iter().try_for_each(EqualError::validate).unwrap();
+            figures::validate(&suite.figures).unwrap();
             let benches = benches(&top, &suite.benches).unwrap();
             let names: Vec<&str> = benches.iter().map(|(head, _)| head.name.as_str()).collect();
             suite.flight_curves.iter().try_for_each(|curves| curves.validate(&names)).unwrap();
+            figures::refuse_benches(&suite.figures, &names).unwrap();
             for (head, suite) in benches {
                 suite.validate().unwrap_or_else(|e| panic!("{name}: {}: {e}", head.name));
                 assert!(!suite.runs().unwrap().is_empty());

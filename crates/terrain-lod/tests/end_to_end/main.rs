@@ -6,6 +6,7 @@ mod cells;
 mod compare;
 mod dem;
 mod disk;
+mod figures;
 mod live;
 mod maps;
 mod mesh;
