@@ -126,11 +126,12 @@ struct Legend {
 impl Legend {
     fn of(width: u32) -> Self {
         let scale = if width < 600 { 1 } else { 2 };
-        Self { scale, step: (width / (CLASSES.len() as u32 + 1)).max(34 * scale) }
+        Self { scale, step: (2 * width / (2 * CLASSES.len() as u32 + 1)).max(34 * scale) }
     }
 
+    /// Half a box is left free at the sides.
     fn width(&self) -> u32 {
-        self.step * (CLASSES.len() as u32 + 1)
+        self.step * (2 * CLASSES.len() as u32 + 1) / 2
     }
 
     /// Boxes, their edges' numbers, and a line of facts.
@@ -140,7 +141,7 @@ impl Legend {
 
     fn draw(&self, picture: &mut RgbImage, top: u32, tolerance_px: f64, facts: &str) {
         let (scale, line) = (self.scale, i64::from(self.scale * (lettering::HEIGHT + 4)));
-        let (left, top) = (i64::from(self.step / 2), i64::from(top) + i64::from(3 * scale));
+        let (left, top) = (i64::from(self.step / 4), i64::from(top) + i64::from(3 * scale));
         let edge = |i: usize| left + i as i64 * i64::from(self.step);
         let boxes = top + line;
         for (i, colour) in CLASSES.into_iter().enumerate() {
@@ -150,11 +151,12 @@ impl Legend {
             let half = i64::from(scale * lettering::width(text) / 2);
             lettering::write(picture, [x - half, y], scale, INK, text);
         };
-        for i in 1..CLASSES.len() {
-            let text = digits(edge_px(i, tolerance_px));
-            // Smaller where it would run into its neighbours.
-            let scale = if scale * (lettering::width(&text) + 3) > self.step { 1 } else { scale };
-            centred(picture, [edge(i), boxes + i64::from(12 * self.scale)], scale, &text);
+        let numbers: Vec<String> = (1..CLASSES.len()).map(|i| digits(edge_px(i, tolerance_px))).collect();
+        // Smaller where they would run into each other.
+        let widest = numbers.iter().map(|number| lettering::width(number)).max().unwrap_or_default();
+        let small = if scale * (widest + 1) > self.step { 1 } else { scale };
+        for (i, number) in (1..).zip(&numbers) {
+            centred(picture, [edge(i), boxes + i64::from(12 * scale)], small, number);
         }
         // The tolerance cuts through the boxes, and says so above them.
         let middle = edge(CLASSES.len() / 2);
