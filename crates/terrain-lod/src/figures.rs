@@ -213,7 +213,7 @@ mod tests {
         for (text, expected) in [
             ("name = 'a/b'", "figure \"a/b\": its name is a file's"),
             ("name = 'a'", "figure \"a\": no panels"),
-            ("name = 'a'\nkind = 'htp-layers'\nk = 1", "figure \"a\": k = 1"),
+            ("name = 'a'\nkind = 'htp-layers'\nk = 1", "figure \"a\": k of 1"),
             ("name = 'a'\nkind = 'htp-blocks'\nlayers = 1", "figure \"a\": layers = 1"),
             ("name = 'a'\nzoom = 0.5\n[[panels]]", "figure \"a\": zoom"),
             ("name = 'a'\n[[panels]]\nrun = '('", "figure \"a\": run \"(\": "),

@@ -14,12 +14,12 @@ use crate::record::digits;
 /// From the least error to the largest.
 const CLASSES: [Rgb<u8>; 8] = [
     Rgb([20, 32, 74]),
-    Rgb([29, 60, 121]),
-    Rgb([40, 94, 159]),
-    Rgb([64, 134, 189]),
-    Rgb([228, 130, 51]),
-    Rgb([247, 167, 59]),
-    Rgb([254, 210, 82]),
+    Rgb([28, 58, 115]),
+    Rgb([37, 88, 150]),
+    Rgb([51, 122, 176]),
+    Rgb([234, 147, 68]),
+    Rgb([251, 178, 73]),
+    Rgb([253, 215, 93]),
     Rgb([250, 246, 175]),
 ];
 /// Where there is nothing to measure: sky, or a sample at the rim that no triangle in view covers.
