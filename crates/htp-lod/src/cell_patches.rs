@@ -27,11 +27,14 @@ mod tests {
     use super::*;
     use crate::{index_list, local_vertices};
 
+    /// More samples a side than any of the cells.
+    const SIDE: u32 = 1 << 16;
+
     /// The three samples of each small triangle of a patch.
     fn triangles(patch: &PatchInstance, k: u32) -> impl Iterator<Item = BTreeSet<[u32; 2]>> {
         let vertices = local_vertices(k);
         let samples = move |index: &u32| {
-            let at = patch.sample(vertices[*index as usize], u32::MAX, u32::MAX);
+            let at = patch.sample(vertices[*index as usize], SIDE, SIDE);
             [at.column, at.row]
         };
         index_list(k, 0).into_iter().map(move |triangle| triangle.iter().map(&samples).collect())
@@ -39,7 +42,7 @@ mod tests {
 
     fn corners(patch: &PatchInstance, k: u32) -> BTreeSet<[u32; 2]> {
         let [left, right] = [[k as u16, 0], [0, k as u16]];
-        let at = |uv| patch.sample(terrain_core::LocalVertex { uv }, u32::MAX, u32::MAX);
+        let at = |uv| patch.sample(terrain_core::LocalVertex { uv }, SIDE, SIDE);
         [[0, 0], left, right].map(|uv| [at(uv).column, at(uv).row]).into()
     }
 

@@ -218,8 +218,8 @@ mod tests {
             ("name = 'a'\nzoom = 0.5\n[[panels]]", "figure \"a\": zoom"),
             ("name = 'a'\n[[panels]]\nrun = '('", "figure \"a\": run \"(\": "),
             (
-                "name = 'a'\ncamera = { at = [0, 0], above_ground_share = nan, look_at = [1, 1] }\n[[panels]]",
-                "figure \"a\": camera:5:22: ",
+                "name = 'a'\ncamera = { at = [0, 0], above_ground_share = 1, look_at = [1, 1], fov_y_deg = 200 }\n[[panels]]",
+                "figure \"a\": camera:2:13: ",
             ),
         ] {
             let refused = parse(text);
