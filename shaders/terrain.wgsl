@@ -151,19 +151,24 @@ fn morph_target_m(column_row: vec2<i32>, side: i32) -> f32 {
 
 // ---- heights that a method brings along ------------------------------------------------------------------------------
 
-// `TileUniforms` in tiles.rs; a test compares the two.
+// `TileUniforms` and `LevelUniforms` in tiles.rs; a test compares them.
 struct Tiles {
     coarse_level: u32,
     coarse_step: u32,
     coarse_columns: u32,
     cell_side: u32,
-    window: u32,
-    first_tile: u32,
-    tile_codes: u32,
     code_bytes: u32,
     scale_m: f32,
     offset_m: f32,
-    padding: vec2<u32>,
+    padding: u32,
+    levels: array<TileLevel, 6>,
+}
+
+struct TileLevel {
+    window: u32,
+    step: u32,
+    first_tile: u32,
+    tile_codes: u32,
 }
 
 @group(1) @binding(0) var<uniform> tiles: Tiles;
@@ -178,10 +183,11 @@ fn code_of(column_row: vec2<i32>, origin: vec2<i32>, leg_v: vec2<i32>, level: u3
     }
     let turned = select(0, 1, leg_v.x < 0);
     let cell = vec2<u32>(origin - turned) / tiles.cell_side;
-    let place = cell % tiles.window;
-    let inside = at - cell * tiles.cell_side;
-    let tile = tiles.first_tile + (place.y * tiles.window + place.x) * tiles.tile_codes;
-    return tile + inside.y * (tiles.cell_side + 1u) + inside.x;
+    let of_level = tiles.levels[level];
+    let place = cell % of_level.window;
+    let inside = (at - cell * tiles.cell_side + of_level.step - 1u) / of_level.step;
+    let tile = of_level.first_tile + (place.y * of_level.window + place.x) * of_level.tile_codes;
+    return tile + inside.y * (tiles.cell_side / of_level.step + 1u) + inside.x;
 }
 
 // `HeightFormat::decode`, in single precision.

@@ -76,7 +76,7 @@ fn fly(open: &dyn Fn() -> Arc<dyn CellSource>, options: Options) {
         samples[0], samples[1], cells[0], cells[1]
     );
     println!(
-        "  open and first plan: {:.0} ms, CPU {:.0}; window of {} cells, {:.1} MiB",
+        "  open and first plan: {:.0} ms, CPU {:.0}; windows of {:?} cells by level, {:.1} MiB",
         start_up[0],
         start_up[1],
         method.window_cells(),

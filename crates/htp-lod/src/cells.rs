@@ -1,37 +1,40 @@
 //! Cells as they are kept on disk and loaded one by one (section 4.2): what a DEM is cut into, once.
 //!
 //! Levels below [`CellsHeader::streamed`] are those that need dense samples; they are cut into cells and loaded around
-//! the eye. Of the coarser levels all is kept resident for good, for every cell: little, and always something to stand
-//! in for a cell that is not there.
+//! the eye, each level by itself: the coarser ones are wanted farther out (`window`). Of the levels above all is kept
+//! resident for good, for every cell: little, and always something to stand in for a cell that is not there.
 //!
 //! # The bytes
 //!
 //! ```text
-//!  | header | resident part: a record a cell, row by row | cells: a record a cell, row by row |
+//!  | header | resident part | coarsest streamed level | ... | level 0 |      each part: a record a cell, row by row
 //! ```
 //!
 //! | bytes of the header | little-endian |
 //! |---|---|
 //! | 8 | `htp-cell` |
-//! | 4 | version: 1 |
+//! | 4 | version: 2 |
 //! | 5 x 4 | `k`, layers, streamed levels, columns and rows of the DEM |
 //! | 2 x 8 | metres between samples in x and in z: f64 |
 //! | 4 | bytes of a height: 2 or 4 |
 //! | 2 x 8 | metres a step and metres at code 0: f64; zeros for heights of 4 bytes |
 //! | 2 x 4 | lowest and highest height in metres: f32 |
 //! | 4 | CRC-32 of the DEM's heights (f32, row by row) |
-//! | 4 | CRC-32 of the 80 bytes before |
+//! | 3 x 4 | bytes of the three texts |
+//! | 4 | CRC-32 of the 92 bytes before |
+//! | by the header | source, licence and notice of the DEM, UTF-8; empty where it has none |
+//! | 4 | CRC-32 of the texts |
 //!
 //! | bytes of a record | |
 //! |---|---|
 //! | 2 x 4 | column and row of the cell |
-//! | by the header | codes of its samples, both rims included, padded to 4 bytes: u16, or f32. In the resident part every [`CellsHeader::coarse_step`]-th |
-//! | by the header | in the resident part: lowest and highest sample in metres of each square, by level: f32 |
-//! | by the header | error records (`errors`) of each square, by level: u16 |
-//! | 4 | CRC-32 of the CRC-32 of the DEM's heights and all of the record before |
+//! | by the header | codes of its samples, both rims included, padded to 4 bytes: u16, or f32. For level n every `k^n`-th, in the resident part every [`CellsHeader::coarse_step`]-th |
+//! | by the header | lowest and highest sample in metres of each square, by level from 1: f32 |
+//! | by the header | error records (`errors`) of each square, by level from 1 |
+//! | 4 | CRC-32 of the CRC-32 of the DEM's heights, the part's finest level (u32), and all of the record before |
 //!
 //! All records of a part have the same length, so that a cell is found without a table: what is beyond the DEM repeats
-//! its last samples, or holds zeros. The ranges of a cell are not kept, since they follow from its samples.
+//! its last samples, or holds zeros. The ranges of level 0 are not kept, since they follow from its samples.
 
 mod bytes;
 mod codes;
@@ -48,6 +51,7 @@ pub use scan::{CutError, Scan};
 
 use terrain_core::{HeightFormat, HeightTiles};
 
+use crate::budget;
 use crate::options::{HtpError, Options};
 use crate::stream;
 
@@ -70,6 +74,34 @@ pub struct CellsHeader {
     pub streamed: u32,
     /// CRC-32 of the DEM's heights (f32 little-endian, row by row): cells of another DEM are told by it.
     pub heights_crc: u32,
+    /// Where the DEM comes from.
+    pub provenance: Provenance,
+}
+
+/// Where a DEM comes from and on which terms, as far as its files say.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Provenance {
+    /// Who measured it, and where it can be had.
+    pub source: Option<String>,
+    /// On which terms.
+    pub licence: Option<String>,
+    /// What whoever passes it on must say.
+    pub notice: Option<String>,
+}
+
+impl Provenance {
+    /// Bytes of all three texts, at most.
+    pub const MAX_BYTES: usize = 1 << 16;
+
+    fn texts(&self) -> [&str; 3] {
+        [&self.source, &self.licence, &self.notice].map(|text| text.as_deref().unwrap_or_default())
+    }
+
+    /// Refuses texts that are too long to be kept with cells.
+    pub fn check(&self) -> Result<(), CutError> {
+        let bytes = self.texts().map(str::len).iter().sum();
+        if bytes > Self::MAX_BYTES { Err(CutError::Texts { bytes }) } else { Ok(()) }
+    }
 }
 
 impl CellsHeader {
@@ -87,18 +119,20 @@ impl CellsHeader {
     pub fn check(&self, options: &Options) -> Result<(), HtpError> {
         options.validate_streamed()?;
         stream::check(self, options)?;
-        stream::window_side(self, options).map(drop)
+        budget::sides(self, options).map(drop)
     }
 
-    /// Where the heights lie for a window of so many cells.
-    pub(crate) fn tiles(&self, window: u32) -> HeightTiles {
+    /// Where the heights lie for windows of so many cells, by level.
+    pub(crate) fn tiles(&self, sides: &[u32]) -> HeightTiles {
+        let mut windows = [0; HeightTiles::MAX_LEVELS];
+        windows[..sides.len()].copy_from_slice(sides);
         HeightTiles {
             format: self.format,
             samples: self.samples,
+            k: self.k,
             coarse_level: self.streamed,
-            coarse_step: self.coarse_step(),
             cell_side: self.cell_side(),
-            window,
+            windows,
         }
     }
 
@@ -132,21 +166,21 @@ pub struct Resident {
     pub heights: Vec<u8>,
     /// Lowest and highest sample of each square, in metres: by level from `streamed`, row by row over the DEM.
     pub ranges_m: Vec<Vec<[f32; 2]>>,
-    /// Records of the error table (`errors`), by level from `max(streamed, 1)`, row by row over the DEM.
-    pub errors: Vec<Vec<u16>>,
+    /// Records of the error table (`errors`), by level from `streamed`, row by row over the DEM.
+    pub errors: Vec<Vec<u8>>,
 }
 
-/// What is loaded of one cell.
+/// What is loaded of one cell for one level.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Cell {
-    /// Codes of its `(side + 1)^2` samples, both rims included, row by row; beyond the DEM's last column and row they
+    /// Codes of its samples, every `k^level`-th, both rims included, row by row; beyond the DEM's last column and row they
     /// repeat it. Padded to a multiple of 4 bytes.
     pub heights: Vec<u8>,
-    /// Lowest and highest sample of each square, in metres: by level from 0 to `streamed - 1`, row by row,
-    /// `k^(layers - 1 - level)` squares a row. Squares beyond the DEM hold zeros.
-    pub ranges_m: Vec<Vec<[f32; 2]>>,
-    /// Error records, by level from 1 to `streamed - 1`; likewise.
-    pub errors: Vec<Vec<u16>>,
+    /// Lowest and highest sample of each square, in metres: row by row, `k^(layers - 1 - level)` squares a row. Squares
+    /// beyond the DEM hold zeros.
+    pub ranges_m: Vec<[f32; 2]>,
+    /// Error records of the same squares; none on level 0.
+    pub errors: Vec<u8>,
 }
 
 #[cfg(test)]

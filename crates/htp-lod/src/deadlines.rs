@@ -2,18 +2,22 @@
 
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
-use terrain_core::odometer::{NEVER, Odometer};
+use terrain_core::odometer::{self, Odometer, rounded_down};
 
 /// Bytes of [`Deadlines`] for one square; what is queued comes on top, a few entries for each patch along a border of
 /// levels.
-pub(crate) const BYTES_A_SQUARE: u64 = 2 * size_of::<f64>() as u64;
+pub(crate) const BYTES_A_SQUARE: u64 = 2 * size_of::<f32>() as u64;
+
+/// The deadline of a patch that has none.
+const NEVER: f32 = odometer::NEVER as f32;
 
 /// Fewer entries are never looked through for stale ones.
 const FEW: usize = 1 << 10;
 
 /// The deadlines of a level's patches, by place in the level ([`Grid::place_in_level`](crate::grid::Grid::place_in_level)).
 pub(crate) struct Deadlines {
-    by_place: Vec<f64>,
+    /// Rounded down.
+    by_place: Vec<f32>,
     /// Soonest first. An entry is stale unless its place still has that deadline.
     queue: BinaryHeap<Reverse<Entry>>,
     /// To be queued when a deadline is asked for: all at once is less work, and none where all is set anew before.
@@ -23,7 +27,7 @@ pub(crate) struct Deadlines {
 }
 
 /// The bits of a deadline, which is not negative and so sorted by its bits, and a place.
-type Entry = (u64, u32);
+type Entry = (u32, u32);
 
 impl Deadlines {
     /// No patch has one.
@@ -40,6 +44,7 @@ impl Deadlines {
     }
 
     pub fn set(&mut self, place: u32, deadline_m: f64) {
+        let deadline_m = rounded_down(deadline_m);
         let before_m = std::mem::replace(&mut self.by_place[place as usize], deadline_m);
         if deadline_m != before_m && deadline_m != NEVER {
             self.fresh.push(Reverse((deadline_m.to_bits(), place)));
@@ -59,7 +64,7 @@ impl Deadlines {
     pub fn take_passed(&mut self, odometer: &Odometer, due: &mut Vec<u32>) {
         self.queue_fresh();
         while let Some(Reverse(entry)) = self.queue.peek().copied() {
-            if !odometer.has_passed(f64::from_bits(entry.0)) {
+            if !odometer.has_passed(f32::from_bits(entry.0).into()) {
                 return;
             }
             self.queue.pop();
@@ -71,7 +76,7 @@ impl Deadlines {
     }
 }
 
-fn is_current(by_place: &[f64], (bits, place): Entry) -> bool {
+fn is_current(by_place: &[f32], (bits, place): Entry) -> bool {
     by_place[place as usize].to_bits() == bits
 }
 
@@ -93,21 +98,20 @@ mod tests {
     fn what_is_due_is_what_an_array_alone_would_say() {
         for seed in 0..20 {
             let mut random = SplitMix64::new(seed);
-            let (mut odometer, mut deadlines, mut expected) =
-                (Odometer::default(), Deadlines::new(300), vec![NEVER; 300]);
+            let (mut odometer, mut deadlines, mut expected) = (Odometer::default(), Deadlines::new(300), [NEVER; 300]);
             for step in 0..200 {
                 odometer.advance(&view(step));
                 let mut due = Vec::new();
                 deadlines.take_passed(&odometer, &mut due);
                 due.sort_unstable();
-                let passed = (0..300).filter(|place| odometer.has_passed(expected[*place as usize]));
+                let passed = (0..300).filter(|place| odometer.has_passed(expected[*place as usize].into()));
                 assert_eq!(due, passed.collect::<Vec<u32>>(), "seed {seed}, step {step}");
                 due.iter().for_each(|place| expected[*place as usize] = NEVER);
                 for _ in 0..random.below(60) {
                     let (place, slack_m) = (random.below(300) as u32, random.range(0.0, 500.0));
-                    let deadline_m = if random.below(9) > 0 { odometer.deadline_m(slack_m) } else { NEVER };
+                    let deadline_m = if random.below(9) > 0 { odometer.deadline_m(slack_m) } else { f64::INFINITY };
                     deadlines.set(place, deadline_m);
-                    expected[place as usize] = deadline_m;
+                    expected[place as usize] = rounded_down(deadline_m);
                 }
                 assert!(deadlines.queue.len() <= FEW, "300 places need no more, stale entries or not");
                 if random.below(50) == 0 {

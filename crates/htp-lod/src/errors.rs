@@ -11,17 +11,22 @@
 //!
 //! ```text
 //!  | square: NW half                                 | SE half ...
-//!  | plain | child 0: L  R  LR | child 1: R | ...    |               2 (3k + 4) numbers of 16 bits: 52 bytes for k = 3
+//!  | plain | child 0: L  R  LR | child 1: R | ...    |               a plain error takes 2 bytes, that of a block 1:
+//!                                                                    2 (3k + 5) bytes, 28 for k = 3
 //! ```
 //!
-//! A number counts steps of 1/65,535 of the DEM's height range, rounded up. No error is larger than the range, since
-//! every triangle lies between its corners.
+//! An error counts steps of 1/65,535 of the DEM's height range, rounded up, and that of a block once more, to what has a
+//! byte (`steps`): one split patch in 500 comes from blocks. No error is larger than the range, since every triangle lies
+//! between its corners.
+
+mod steps;
 
 use crate::blocks::{ALL_COLLAPSED, index_list, local_vertices};
 use crate::border::{Border, BorderChild};
 use crate::cells::CellsHeader;
 use crate::deviation::deviation_m;
 use crate::grid::{Grid, Half, Patch, Square};
+use crate::window::Sheet;
 use rayon::prelude::*;
 use terrain_core::{Heightmap, LocalVertex};
 
@@ -31,7 +36,7 @@ pub(crate) struct ErrorTable {
     /// Metres of one step.
     step_m: f64,
     /// By level, from 1: the records of all squares that are stored, see [`Grid::index`].
-    layers: Vec<Vec<u16>>,
+    layers: Vec<Vec<u8>>,
 }
 
 impl ErrorTable {
@@ -49,91 +54,91 @@ impl ErrorTable {
         let survey = Survey::new(heightmap, grid);
         for level in 1..=grid.top() {
             let record = table.record_length();
-            let mut codes = vec![0; grid.squares(level).count() * record];
+            let mut records = vec![0; grid.squares(level).count() * record];
             let row_length = grid.layers[level as usize].size[0] as usize * record;
-            codes.par_chunks_mut(row_length).enumerate().for_each(|(row, codes)| {
-                for (column, codes) in codes.chunks_mut(record).enumerate() {
+            records.par_chunks_mut(row_length).enumerate().for_each(|(row, records)| {
+                for (column, record) in records.chunks_mut(record).enumerate() {
                     let square = Square { level, column: column as u32, row: row as u32 };
-                    table.measure(&survey, square, codes);
+                    table.measure(&survey, square, record);
                 }
             });
-            table.layers.push(codes);
+            table.layers.push(records);
         }
         table
     }
 
     /// Of a DEM whose coarser levels are resident; nothing else is loaded.
-    pub fn streamed(header: &CellsHeader, resident: Vec<Vec<u16>>, grid: &Grid) -> Self {
+    pub fn streamed(header: &CellsHeader, resident: Vec<Vec<u8>>, grid: &Grid) -> Self {
         let room = |level: u32| vec![0; grid.layers[level as usize].squares_stored() * record_length(grid.k)];
         let layers = (1..header.streamed).map(room).chain(resident).collect();
         Self { border: Border::new(grid), step_m: header.step_m(), layers }
     }
 
-    /// Takes the records of a cell's squares on streamed levels, by level from 1.
-    pub fn put(&mut self, grid: &Grid, cell: [u32; 2], records: &[Vec<u16>]) {
-        let length = self.record_length();
-        for ((layer, records), to) in grid.layers[1..].iter().zip(records).zip(&mut self.layers) {
-            let rows = records.chunks(layer.per_cell as usize * length);
-            for (range, row) in layer.rows_of(cell).zip(rows) {
-                to[range.start * length..range.end * length].copy_from_slice(&row[..range.len() * length]);
-            }
+    /// Takes the records of a sheet's squares; there are none on level 0.
+    pub fn put(&mut self, grid: &Grid, Sheet { level, cell }: Sheet, records: &[u8]) {
+        if level == 0 {
+            return;
+        }
+        let (layer, length) = (&grid.layers[level as usize], self.record_length());
+        let to = &mut self.layers[level as usize - 1];
+        for (range, row) in layer.rows_of(cell).zip(records.chunks(layer.per_cell as usize * length)) {
+            to[range.start * length..range.end * length].copy_from_slice(&row[..range.len() * length]);
         }
     }
 
-    /// Metres of one step of the stored numbers.
+    /// Metres of one step of the stored errors.
     pub fn step_m(&self) -> f64 {
         self.step_m
     }
 
-    /// Bytes of all numbers.
+    /// Bytes of all records.
     pub fn bytes(&self) -> u64 {
-        self.layers.iter().map(|layer| size_of_val(layer.as_slice()) as u64).sum()
+        self.layers.iter().map(|layer| layer.len() as u64).sum()
     }
 
     /// The error of a patch above the finest layer, drawn plain, in steps.
     pub fn plain(&self, grid: &Grid, patch: Patch) -> u16 {
-        self.half(grid, patch)[0]
+        plain_of(self.half(grid, patch))
     }
 
     /// The error of a border child with a mask other than 0, in steps; for a parent above the finest layer.
     pub fn block(&self, grid: &Grid, parent: Patch, child: &BorderChild, mask: u8) -> u16 {
-        self.half(grid, parent)[1 + child.mask_index(mask)]
+        steps::from_byte(self.half(grid, parent)[PLAIN + child.mask_index(mask)])
     }
 
     /// The half of a record that belongs to a patch.
-    fn half(&self, grid: &Grid, patch: Patch) -> &[u16] {
+    fn half(&self, grid: &Grid, patch: Patch) -> &[u8] {
         let length = self.record_length() / 2;
         let start = (2 * grid.index(patch.square) + patch.half as usize) * length;
         &self.layers[patch.square.level as usize - 1][start..start + length]
     }
 
     /// The records of a level above the finest.
-    pub fn records(&self, level: u32) -> &[u16] {
+    pub fn records(&self, level: u32) -> &[u8] {
         &self.layers[level as usize - 1]
     }
 
-    /// Numbers of one square.
+    /// Bytes of one square.
     fn record_length(&self) -> usize {
-        2 * (1 + self.border.masks)
+        2 * (PLAIN + self.border.masks)
     }
 
     /// Fills the record of a square; those of the finer layers are there.
-    fn measure(&self, survey: &Survey, square: Square, record: &mut [u16]) {
-        let length = record.len() / 2;
-        for half in Half::BOTH {
-            let codes = &mut record[half as usize * length..][..length];
-            codes[0] = self.plain_code(survey, square.half(half));
-            self.measure_blocks(survey, square.half(half), &mut codes[1..]);
-        }
+    fn measure(&self, survey: &Survey, square: Square, record: &mut [u8]) {
+        let mut plain = Half::BOTH.map(|half| self.measure_plain(survey, square.half(half)));
         // The halves of a square that crosses the rim are split together.
         if survey.grid.crosses_rim(square) {
-            let larger = record[0].max(record[length]);
-            (record[0], record[length]) = (larger, larger);
+            plain = [plain[0].max(plain[1]); 2];
+        }
+        let length = record.len() / 2;
+        for (half, record) in Half::BOTH.into_iter().zip(record.chunks_mut(length)) {
+            record[..PLAIN].copy_from_slice(&plain[half as usize].to_le_bytes());
+            self.measure_blocks(survey, square.half(half), &mut record[PLAIN..]);
         }
     }
 
-    fn plain_code(&self, survey: &Survey, patch: Patch) -> u16 {
-        let own = self.code(survey.deviation_m(patch, &survey.plain));
+    fn measure_plain(&self, survey: &Survey, patch: Patch) -> u16 {
+        let own = self.steps(survey.deviation_m(patch, &survey.plain));
         if patch.square.level == 1 {
             return own;
         }
@@ -142,27 +147,35 @@ impl ErrorTable {
         children.map(|child| self.plain(survey.grid, child)).fold(own, u16::max)
     }
 
-    fn measure_blocks(&self, survey: &Survey, parent: Patch, codes: &mut [u16]) {
+    fn measure_blocks(&self, survey: &Survey, parent: Patch, blocks: &mut [u8]) {
         for (child, patch) in self.border.touching(survey.grid, parent, ALL_COLLAPSED) {
             let plain = if patch.square.level == 0 { 0 } else { self.plain(survey.grid, patch) };
             for mask in child.masks() {
-                let own = self.code(survey.deviation_m(patch, &survey.strips[mask as usize]));
+                let own = self.steps(survey.deviation_m(patch, &survey.strips[mask as usize]));
                 let contained = child.masks().filter(|other| *other != mask && other & mask == *other);
-                let contained = contained.map(|other| codes[child.mask_index(other)]);
-                codes[child.mask_index(mask)] = contained.fold(own.max(plain), u16::max);
+                let contained = contained.map(|other| blocks[child.mask_index(other)]);
+                blocks[child.mask_index(mask)] = contained.fold(steps::to_byte(own.max(plain)), u8::max);
             }
         }
     }
 
     /// Steps of an error, rounded up; what f64 sums may have lost is added first.
-    fn code(&self, error_m: f64) -> u16 {
+    fn steps(&self, error_m: f64) -> u16 {
         if error_m == 0.0 { 0 } else { (error_m / self.step_m * (1.0 + 1e-9)).ceil() as u16 }
     }
 }
 
-/// Numbers of one square, in the table of any DEM.
+/// Bytes of a plain error, at the start of the half of a record.
+const PLAIN: usize = size_of::<u16>();
+
+/// Bytes of one square, in the table of any DEM.
 pub(crate) fn record_length(k: u32) -> usize {
-    2 * (3 * k as usize + 4)
+    2 * (PLAIN + 3 * k as usize + 3)
+}
+
+/// The plain error in the half of a record.
+fn plain_of(half: &[u8]) -> u16 {
+    u16::from_le_bytes([half[0], half[1]])
 }
 
 /// What is measured: triangles of a patch by their local vertices.

@@ -3,6 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use crate::cells::CellsError;
+use crate::window::Sheet;
 
 /// Reads of cells that failed, from the beginning.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -61,11 +62,13 @@ const MOST_PLANS_BEFORE_RETRY: u64 = 1 << 10;
 #[derive(Default)]
 pub(crate) struct Failures {
     pub reads: FailedReads,
-    /// Reads of cells that had failed before.
+    /// Reads of sheets that had failed before.
     pub retries: u64,
-    failed: BTreeMap<[u32; 2], Failed>,
-    /// Cells and kinds that were told of.
-    told: BTreeSet<([u32; 2], Kind)>,
+    failed: BTreeMap<Sheet, Failed>,
+    /// Plans in which sheets are to be tried again, each after the last list was made.
+    due: BTreeSet<u64>,
+    /// Sheets and kinds that were told of.
+    told: BTreeSet<(Sheet, Kind)>,
     messages: Vec<String>,
 }
 
@@ -77,34 +80,40 @@ struct Failed {
 
 impl Failures {
     /// Takes note of a read, and of why it has failed if it has.
-    pub fn note(&mut self, cell: [u32; 2], error: Option<&CellsError>, plan: u64) {
-        self.retries += self.failed.contains_key(&cell) as u64;
+    pub fn note(&mut self, sheet: Sheet, error: Option<&CellsError>, plan: u64) {
+        self.retries += self.failed.contains_key(&sheet) as u64;
         let Some(error) = error else {
-            self.failed.remove(&cell);
+            self.failed.remove(&sheet);
             return;
         };
         *self.reads.count_of(Kind::of(error)) += 1;
-        let failed = self.failed.entry(cell).or_insert(Failed { attempts: 0, due: 0 });
-        failed.due = plan + (PLANS_BEFORE_RETRY << failed.attempts.min(32)).min(MOST_PLANS_BEFORE_RETRY);
+        let failed = self.failed.entry(sheet).or_insert(Failed { attempts: 0, due: 0 });
+        let wait = (PLANS_BEFORE_RETRY << failed.attempts.min(32)).min(MOST_PLANS_BEFORE_RETRY);
+        failed.due = plan + wait;
         failed.attempts += 1;
-        self.tell(cell, error);
+        self.due.insert(plan + wait);
+        self.tell(sheet, error);
     }
 
-    /// Whether a cell may be read in a plan.
-    pub fn may_read(&self, cell: [u32; 2], plan: u64) -> bool {
-        self.failed.get(&cell).is_none_or(|failed| failed.due <= plan)
+    /// Whether a sheet may be read in a plan.
+    pub fn may_read(&self, sheet: Sheet, plan: u64) -> bool {
+        self.failed.get(&sheet).is_none_or(|failed| failed.due <= plan)
     }
 
-    /// Whether any cell is to be tried again from this plan on.
-    pub fn is_due(&self, plan: u64) -> bool {
-        self.failed.values().any(|failed| failed.due == plan)
+    /// Whether any sheet is to be tried again that was not when this was last asked.
+    pub fn take_due(&mut self, plan: u64) -> bool {
+        let later = self.due.split_off(&(plan + 1));
+        !std::mem::replace(&mut self.due, later).is_empty()
     }
 
-    /// One message a cell and kind of failure.
-    fn tell(&mut self, cell: [u32; 2], error: &CellsError) {
-        let [column, row] = cell;
-        if self.told.insert((cell, Kind::of(error))) {
-            self.messages.push(format!("cell ({column}, {row}): {error}; its coarse levels stand in for it"));
+    /// One message a sheet and kind of failure.
+    fn tell(&mut self, sheet: Sheet, error: &CellsError) {
+        let Sheet { level, cell: [column, row] } = sheet;
+        if self.told.insert((sheet, Kind::of(error))) {
+            self.messages.push(format!(
+                "cell ({column}, {row}), level {level}: {error}; coarser levels stand in for it, and it is read again after \
+                 {PLANS_BEFORE_RETRY} to {MOST_PLANS_BEFORE_RETRY} plans, ever later"
+            ));
         }
     }
 
@@ -121,27 +130,30 @@ mod tests {
     #[test]
     fn a_cell_is_read_again_ever_later_until_it_can_be_and_told_of_once_a_kind() {
         let (mut failures, mut plan, mut waits) = (Failures::default(), 0, Vec::new());
+        let [sheet, other] = [[4, 5], [5, 4]].map(|cell| Sheet { level: 1, cell });
         let damaged = || CellsError::Damaged { part: "cell".to_owned() };
         for attempt in 0..10 {
             let io = CellsError::from(std::io::Error::from(std::io::ErrorKind::NotFound));
             let error = if attempt == 3 { damaged() } else { io };
-            failures.note([4, 5], Some(&error), plan);
-            let due = (plan + 1..).find(|plan| failures.may_read([4, 5], *plan)).unwrap();
-            assert!(failures.is_due(due) && !failures.is_due(due - 1) && failures.may_read([5, 4], plan));
+            failures.note(sheet, Some(&error), plan);
+            let due = (plan + 1..).find(|plan| failures.may_read(sheet, *plan)).unwrap();
+            assert!(!failures.take_due(due - 1) && failures.take_due(due) && failures.may_read(other, plan));
+            assert!(!failures.take_due(due), "asked for once");
             waits.push(due - plan);
             plan = due;
         }
         assert_eq!(waits, [8, 16, 32, 64, 128, 256, 512, 1024, 1024, 1024]);
         assert_eq!(failures.reads, FailedReads { io: 9, damaged: 1, ..FailedReads::default() });
         assert_eq!((failures.reads.sum(), failures.retries), (10, 9));
-        let expected = "cell (4, 5): cannot read cells: entity not found; its coarse levels stand in for it";
+        let expected = "cell (4, 5), level 1: cannot read cells: entity not found; coarser levels stand in for it, and it is \
+                        read again after 8 to 1024 plans, ever later";
         let messages = failures.take_messages();
         assert_eq!((messages.len(), messages[0].as_str()), (2, expected));
 
-        failures.note([4, 5], None, plan);
-        assert_eq!((failures.retries, failures.may_read([4, 5], plan)), (10, true));
-        failures.note([4, 5], Some(&damaged()), plan);
-        assert!(failures.may_read([4, 5], plan + 8), "the next failure is a first one");
+        failures.note(sheet, None, plan);
+        assert_eq!((failures.retries, failures.may_read(sheet, plan)), (10, true));
+        failures.note(sheet, Some(&damaged()), plan);
+        assert!(failures.may_read(sheet, plan + 8), "the next failure is a first one");
         assert!(failures.take_messages().is_empty());
     }
 }

@@ -33,7 +33,7 @@ mod layer;
 use crate::blocks::Side;
 use crate::cells::CellsHeader;
 use crate::options::Options;
-use crate::window::Window;
+use crate::window::{Sheet, Window};
 use terrain_core::{Aabb, Heightmap, PatchInstance, PatchTag, Sample};
 
 pub(crate) use layer::Layer;
@@ -119,9 +119,10 @@ impl Grid {
         grid
     }
 
-    /// Of a DEM whose coarser levels are resident; nothing else is loaded.
-    pub fn streamed(header: &CellsHeader, ranges_m: Vec<Vec<[f32; 2]>>, options: &Options, window_side: u32) -> Self {
-        let window = Window::new(header.streamed, window_side, header.cells());
+    /// Of a DEM whose coarser levels are resident; nothing else is loaded. `sides` are cells along the window of each
+    /// streamed level.
+    pub fn streamed(header: &CellsHeader, ranges_m: Vec<Vec<[f32; 2]>>, options: &Options, sides: &[u32]) -> Self {
+        let window = Window::new(sides, header.cells());
         let mut grid = Self::sized(header.samples, header.spacing_m, options, window);
         for layer in &mut grid.layers[..header.streamed as usize] {
             layer.heights_m = vec![[0.0; 2]; layer.squares_stored()];
@@ -140,7 +141,7 @@ impl Grid {
             let (step, side) = (grid.k.pow(level), grid.k.pow(level + 1));
             let [size, inside] = [last.map(|end| end.div_ceil(side)), last.map(|end| end / side)];
             let per_cell = grid.k.pow(options.layers - 1 - level);
-            let room = if level < grid.window.streamed { grid.window.side() * per_cell } else { u32::MAX };
+            let room = if level < grid.window.streamed { grid.window.side(level) * per_cell } else { u32::MAX };
             let stored = size.map(|squares| squares.min(room));
             let [first_patch, first_place] = [grid.patches(), grid.places()];
             let wraps = stored != size;
@@ -152,14 +153,12 @@ impl Grid {
         grid
     }
 
-    /// Takes the height ranges of a cell's squares on streamed levels, by level.
-    pub fn put(&mut self, cell: [u32; 2], ranges_m: &[Vec<[f32; 2]>]) {
-        for (layer, ranges_m) in self.layers.iter_mut().zip(ranges_m) {
-            let rows = ranges_m.chunks(layer.per_cell as usize);
-            for (range, row_m) in layer.rows_of(cell).zip(rows) {
-                let columns = range.len();
-                layer.heights_m[range].copy_from_slice(&row_m[..columns]);
-            }
+    /// Takes the height ranges of a sheet's squares.
+    pub fn put(&mut self, Sheet { level, cell }: Sheet, ranges_m: &[[f32; 2]]) {
+        let layer = &mut self.layers[level as usize];
+        for (range, row_m) in layer.rows_of(cell).zip(ranges_m.chunks(layer.per_cell as usize)) {
+            let columns = range.len();
+            layer.heights_m[range].copy_from_slice(&row_m[..columns]);
         }
     }
 
@@ -196,7 +195,7 @@ impl Grid {
         (0..rows).flat_map(move |row| (0..columns).map(move |column| Square { level, column, row }))
     }
 
-    /// Where what is kept of a square is stored: its position in [`Self::squares`]; on streamed levels that of its cell's
+    /// Where what is kept of a square is stored: its position in [`Self::squares`]; on streamed levels that of its sheet's
     /// place in the window, which must be [held](Self::is_stored).
     #[inline]
     pub fn index(&self, square: Square) -> usize {
@@ -210,13 +209,13 @@ impl Grid {
     /// Whether anything is kept of a square.
     #[inline]
     pub fn is_stored(&self, square: Square) -> bool {
-        square.level >= self.window.streamed || self.window.holds(self.cell_number(square))
+        square.level >= self.window.streamed || self.window.holds(square.level, self.cell_number(square))
     }
 
     /// Whether anything is kept of a square's children. What is not stored shares its place with another square.
     #[inline]
     pub fn are_children_stored(&self, square: Square) -> bool {
-        square.level > self.window.streamed || self.window.holds(self.cell_number(square))
+        square.level > self.window.streamed || self.window.holds(square.level - 1, self.cell_number(square))
     }
 
     /// Whether a patch of a square may be split: see `window`.
@@ -238,7 +237,7 @@ impl Grid {
         if !wraps {
             return Square { level, column: at[0], row: at[1] };
         }
-        let cell = self.window.holder(at.map(|at| at / per_cell));
+        let cell = self.window.holder(level, at.map(|at| at / per_cell));
         let [column, row] = [0, 1].map(|axis| cell[axis] * per_cell + at[axis] % per_cell);
         Square { level, column, row }
     }
@@ -246,7 +245,7 @@ impl Grid {
     /// All squares of a level that are stored, in the order of the DEM whatever their places: row by row.
     pub fn runs(&self, level: u32) -> impl Iterator<Item = Run> + use<> {
         let Layer { stored: [columns, rows], wraps, per_cell, .. } = self.layers[level as usize];
-        let first = if wraps { self.window.first().map(|at| at * per_cell) } else { [0; 2] };
+        let first = if wraps { self.window.first(level).map(|at| at * per_cell) } else { [0; 2] };
         let before_seam = columns - first[0] % columns;
         let run = move |row: u32, column: u32, length: u32| {
             let start = (row % rows) as usize * columns as usize + (column % columns) as usize;

@@ -11,7 +11,7 @@
 //! | matching blocks (2.2, Figure 2), index lists and their re-use (4.1, Figure 3) | `blocks` |
 //! | levels differ by one at most (2.2) | `closure` |
 //! | phase 1, initialisation | `method` |
-//! | phase 2, cell loading; dynamic loading (4.2) | `cells` (files), `window` (which cells, and where), `loader`, `failures`, `stream` |
+//! | phase 2, cell loading; dynamic loading (4.2) | `cells` (files), `window` (which cells, and where), `budget`, `loader`, `failures`, `stream` |
 //! | phase 3, cell binding | `grid`: squares are numbered across cells |
 //! | phase 4, LOD computation | `rule` (metrics), `wishes`, `levels`; the patches in sight: `leaves`, `in_sight` |
 //! | phase 5, vertex-buffer merger | `cell_vertices`; of streamed cells the heights alone, one transfer a cell: `stream` |
@@ -35,6 +35,7 @@
 
 mod blocks;
 mod border;
+mod budget;
 mod cell_layout;
 mod cell_patches;
 mod cell_vertices;
@@ -67,7 +68,7 @@ mod wishes;
 pub use blocks::{index_list, local_vertices};
 pub use cell_patches::cell_patches;
 pub use cells::{
-    Cell, CellFile, CellSource, CellsError, CellsHeader, CutError, Cutter, Resident, Scan, cut, cut_steps,
+    Cell, CellFile, CellSource, CellsError, CellsHeader, CutError, Cutter, Provenance, Resident, Scan, cut, cut_steps,
 };
 pub use failures::FailedReads;
 pub use method::Htp;

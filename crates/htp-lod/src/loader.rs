@@ -15,26 +15,24 @@ use std::thread::JoinHandle;
 
 use crate::cells::{Cell, CellFile, CellsError};
 use crate::options::Loading;
+use crate::window::Sheet;
 
-/// Cells that may wait to be taken.
-pub(crate) const CELLS_WAITING: usize = 16;
-
-/// A cell that was read, or could not be.
+/// A sheet that was read, or could not be.
 pub(crate) struct Arrival {
-    /// Column and row.
-    pub cell: [u32; 2],
+    pub sheet: Sheet,
     pub content: Result<Cell, CellsError>,
 }
 
 pub(crate) enum Loader {
     Live(Worker),
-    Blocking { file: CellFile, wanted: VecDeque<[u32; 2]> },
+    Blocking { file: CellFile, wanted: VecDeque<Sheet> },
 }
 
 impl Loader {
-    pub fn new(file: CellFile, loading: Loading) -> std::io::Result<Self> {
+    /// So many sheets may wait to be taken.
+    pub fn new(file: CellFile, loading: Loading, waiting: usize) -> std::io::Result<Self> {
         match loading {
-            Loading::Live => Ok(Self::Live(Worker::start(file)?)),
+            Loading::Live => Ok(Self::Live(Worker::start(file, waiting)?)),
             Loading::Blocking => Ok(Self::Blocking { file, wanted: VecDeque::new() }),
         }
     }
@@ -45,20 +43,20 @@ impl Loader {
     }
 
     /// What is to be read from now on, in this order.
-    pub fn want(&mut self, cells: Vec<[u32; 2]>) {
+    pub fn want(&mut self, sheets: Vec<Sheet>) {
         match self {
-            Self::Live(worker) => worker.want(cells),
-            Self::Blocking { wanted, .. } => *wanted = cells.into(),
+            Self::Live(worker) => worker.want(sheets),
+            Self::Blocking { wanted, .. } => *wanted = sheets.into(),
         }
     }
 
-    /// The next cell that was read; without a thread, that is read now.
+    /// The next sheet that was read; without a thread, that is read now.
     pub fn take(&mut self) -> Option<Arrival> {
         match self {
             Self::Live(worker) => worker.take(),
             Self::Blocking { file, wanted } => {
-                let cell = wanted.pop_front()?;
-                Some(Arrival { cell, content: file.read(cell) })
+                let sheet = wanted.pop_front()?;
+                Some(Arrival { sheet, content: file.read(sheet.level, sheet.cell) })
             }
         }
     }
@@ -79,27 +77,27 @@ struct Inbox {
 
 #[derive(Default)]
 struct List {
-    wanted: VecDeque<[u32; 2]>,
+    wanted: VecDeque<Sheet>,
     /// Taken off a list, and not arrived yet.
-    on_the_way: Vec<[u32; 2]>,
+    on_the_way: Vec<Sheet>,
     end: bool,
 }
 
 impl Worker {
-    fn start(file: CellFile) -> std::io::Result<Self> {
+    fn start(file: CellFile, waiting: usize) -> std::io::Result<Self> {
         let inbox = Arc::new(Inbox::default());
-        let (sender, arrivals) = sync_channel(CELLS_WAITING);
+        let (sender, arrivals) = sync_channel(waiting);
         let theirs = inbox.clone();
         let work = move || read_all(&file, &theirs, &sender);
         let thread = std::thread::Builder::new().name("htp-lod cells".into()).spawn(work)?;
         Ok(Self { inbox, arrivals, thread: Some(thread) })
     }
 
-    fn want(&self, cells: Vec<[u32; 2]>) {
+    fn want(&self, sheets: Vec<Sheet>) {
         let mut list = self.inbox.lock();
-        list.wanted = cells.into();
+        list.wanted = sheets.into();
         let List { wanted, on_the_way, .. } = &mut *list;
-        wanted.retain(|cell| !on_the_way.contains(cell));
+        wanted.retain(|sheet| !on_the_way.contains(sheet));
         self.inbox.changed.notify_one();
     }
 
@@ -110,7 +108,7 @@ impl Worker {
             Err(TryRecvError::Empty) => return None,
             Err(TryRecvError::Disconnected) => panic!("the thread that reads cells has panicked"),
         };
-        self.inbox.lock().on_the_way.retain(|cell| *cell != arrival.cell);
+        self.inbox.lock().on_the_way.retain(|sheet| *sheet != arrival.sheet);
         Some(arrival)
     }
 }
@@ -133,15 +131,15 @@ impl Inbox {
     }
 
     /// Waits for something to be wanted; `None` at the end.
-    fn next(&self) -> Option<[u32; 2]> {
+    fn next(&self) -> Option<Sheet> {
         let mut list = self.lock();
         loop {
             if list.end {
                 return None;
             }
-            if let Some(cell) = list.wanted.pop_front() {
-                list.on_the_way.push(cell);
-                return Some(cell);
+            if let Some(sheet) = list.wanted.pop_front() {
+                list.on_the_way.push(sheet);
+                return Some(sheet);
             }
             list = self.changed.wait(list).unwrap_or_else(PoisonError::into_inner);
         }
@@ -149,8 +147,8 @@ impl Inbox {
 }
 
 fn read_all(file: &CellFile, inbox: &Inbox, arrivals: &SyncSender<Arrival>) {
-    while let Some(cell) = inbox.next() {
-        if arrivals.send(Arrival { cell, content: file.read(cell) }).is_err() {
+    while let Some(sheet) = inbox.next() {
+        if arrivals.send(Arrival { sheet, content: file.read(sheet.level, sheet.cell) }).is_err() {
             return; // nobody listens any more
         }
     }

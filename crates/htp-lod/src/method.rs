@@ -1,6 +1,7 @@
 //! The method: one plan a frame, in the phases of the paper's section 3.
 
 use crate::blocks::{Blocks, local_vertices};
+use crate::budget;
 use crate::cell_vertices::CellVertices;
 use crate::cells::{CellFile, Resident};
 use crate::errors::ErrorTable;
@@ -74,15 +75,14 @@ impl Htp {
     pub fn stream(file: CellFile, resident: Resident, options: Options) -> Result<Self, HtpError> {
         options.validate_streamed()?;
         stream::check(file.header(), &options)?;
-        let window = stream::window_side(file.header(), &options)?;
-        Self::stream_window(file, resident, options, window)
+        let sides = budget::sides(file.header(), &options)?;
+        Self::stream_windows(file, resident, options, &sides)
     }
 
-    /// With so many cells along the window.
-    fn stream_window(file: CellFile, resident: Resident, options: Options, window: u32) -> Result<Self, HtpError> {
-        let (coarse, grid, errors) = stream::tables(file.header(), resident, &options, window);
-        let stream =
-            Stream::new(file, coarse, &options, window).map_err(|error| HtpError::Thread(error.to_string()))?;
+    /// With so many cells along the window of each streamed level.
+    fn stream_windows(file: CellFile, resident: Resident, options: Options, sides: &[u32]) -> Result<Self, HtpError> {
+        let (coarse, grid, errors) = stream::tables(file.header(), resident, &options, sides);
+        let stream = Stream::new(file, coarse, &options, sides).map_err(|error| HtpError::Thread(error.to_string()))?;
         let rendering = Rendering::Instanced(Box::new(Instanced::new(&grid)));
         Ok(Self::over(options, grid, errors, rendering, Some(stream)))
     }
@@ -92,19 +92,14 @@ impl Htp {
         self.stream.as_ref().map_or(0, Stream::resident_bytes)
     }
 
-    /// Cells along the window of a streamed DEM; 0 for one in memory.
-    pub fn window_cells(&self) -> u32 {
-        self.grid.window.side()
+    /// Cells along the window of each streamed level, from 0 up; none for a DEM in memory.
+    pub fn window_cells(&self) -> Vec<u32> {
+        (0..self.grid.window.streamed).map(|level| self.grid.window.side(level)).collect()
     }
 
     /// Reads of cells that failed.
     pub fn failed_reads(&self) -> FailedReads {
         self.stream.as_ref().map_or_else(FailedReads::default, |stream| stream.failures.reads)
-    }
-
-    /// What is to be told of cells that cannot be read, since the last time: a line for each cell and kind of failure.
-    pub fn take_messages(&mut self) -> Vec<String> {
-        self.stream.as_mut().map_or_else(Vec::new, |stream| stream.failures.take_messages())
     }
 
     /// Bytes of the errors that are kept for [`LevelMetric::Error`].
@@ -245,6 +240,11 @@ impl LodMethod for Htp {
         self.render(plan); // phase 6
         plan.morph = self.options.geomorph.then(|| geomorph::morph(&self.options, &self.grid, view));
         self.report(view, plan);
+    }
+
+    /// Of cells that cannot be read: a line for each cell, level and kind of failure.
+    fn take_messages(&mut self) -> Vec<String> {
+        self.stream.as_mut().map_or_else(Vec::new, |stream| stream.failures.take_messages())
     }
 }
 

@@ -96,9 +96,9 @@ mod tests {
         let options = Options { k: 2, layers: 3, ..Options::default() };
         let heightmap = Heightmap::new(101, 70, [1.0; 2], vec![0.0; 7070]).unwrap();
         let (file, resident) = CellFile::open(Arc::new(cut(&heightmap, &options))).unwrap();
-        let mut grid = Grid::streamed(file.header(), resident.ranges_m, &options, window);
+        let mut grid = Grid::streamed(file.header(), resident.ranges_m, &options, &[window; 2]);
         grid.window.follow(eye);
-        grid.window.inside().collect::<Vec<_>>().into_iter().for_each(|cell| grid.window.enter(cell));
+        grid.window.inside().collect::<Vec<_>>().into_iter().for_each(|sheet| grid.window.enter(sheet));
         grid
     }
 
@@ -111,7 +111,7 @@ mod tests {
             for _ in 0..300 {
                 let mut split = Split(Wishes::new(&grid).halves().to_vec());
                 // Nearly all: most squares are inside.
-                let stored = || grid.squares(1).filter(|square| grid.window.is_inside(grid.cell_number(*square)));
+                let stored = || grid.squares(1).filter(|square| grid.is_stored(*square));
                 for square in stored() {
                     let halves = if random.below(12) > 0 { BOTH_HALVES } else { random.below(4) as u8 };
                     split.insert(&grid, square, halves);

@@ -1,23 +1,24 @@
-//! Cells come and go as the eye moves (section 3, phase 2, and section 4.2): the window's cells, nearest first.
+//! Cells come and go as the eye moves (section 3, phase 2, and section 4.2): the sheets in the windows, nearest first.
 //!
-//! A cell that arrives is one transfer: its heights go to the GPU and are not kept (phase 5); what is kept are height
+//! A sheet that arrives is one transfer: its heights go to the GPU and are not kept (phase 5); what is kept are height
 //! ranges and errors. A cell that has not arrived, or cannot be read, is stood in for by its coarse levels, which are
 //! always there: the restriction joins them to the finer ones as it does anywhere.
 
+use std::cmp::Reverse;
+
 use terrain_core::{Buffer, FramePlan, HeightTiles, Streaming, View};
 
+use crate::budget::Budget;
 use crate::cells::{Cell, CellFile, CellsHeader, Resident};
-use crate::closure;
-use crate::errors::{ErrorTable, record_length};
+use crate::errors::ErrorTable;
 use crate::failures::Failures;
 use crate::grid::Grid;
-use crate::in_sight;
 use crate::levels::Levels;
-use crate::loader::{Arrival, CELLS_WAITING, Loader};
+use crate::loader::{Arrival, Loader};
 use crate::options::{HtpError, LevelMetric, Options};
-use crate::wishes;
+use crate::window::Sheet;
 
-/// A plan takes no further cell once it has taken so many bytes of heights. At 60 frames a second that is 120 MiB a second.
+/// A plan takes no further sheet once it has taken so many bytes of heights. At 60 frames a second that is 120 MiB a second.
 const BYTES_A_PLAN: usize = 2 << 20;
 
 /// What loads the cells of one DEM.
@@ -32,9 +33,9 @@ pub(crate) struct Stream {
     plans: u64,
     /// The eye's cell in the last plan.
     eye: Option<[u32; 2]>,
-    /// Cells that have left the window, and of which nothing is drawn once the plan is made.
-    leaving: Vec<[u32; 2]>,
-    /// Whether other cells are wanted than before.
+    /// Sheets that have left their windows, and of which nothing is drawn once the plan is made.
+    leaving: Vec<Sheet>,
+    /// Whether other sheets are wanted than before.
     reorder: bool,
     pub failures: Failures,
     loaded: u64,
@@ -43,12 +44,12 @@ pub(crate) struct Stream {
 }
 
 impl Stream {
-    /// For a window of so many cells; `coarse` are the codes of the coarse grid.
-    pub fn new(file: CellFile, coarse: Vec<u8>, options: &Options, window: u32) -> std::io::Result<Self> {
+    /// For windows of so many cells, by level; `coarse` are the codes of the coarse grid.
+    pub fn new(file: CellFile, coarse: Vec<u8>, options: &Options, sides: &[u32]) -> std::io::Result<Self> {
         let header = file.header().clone();
-        let tiles = header.tiles(window);
+        let (tiles, budget) = (header.tiles(sides), Budget::of(&header, options));
         Ok(Self {
-            loader: Loader::new(file, options.loading)?,
+            loader: Loader::new(file, options.loading, budget.sheets_waiting())?,
             coarse,
             cell_m: header.spacing_m.map(|metres| metres * header.cell_side() as f64),
             plans: 0,
@@ -58,7 +59,7 @@ impl Stream {
             failures: Failures::default(),
             loaded: 0,
             unloaded: 0,
-            resident_bytes: Room::of(&header, options).bytes(window, tiles),
+            resident_bytes: budget.bytes(sides),
             tiles,
         })
     }
@@ -78,7 +79,7 @@ impl Stream {
         plan.upload(Buffer::Heights, 0, &std::mem::take(&mut self.coarse));
     }
 
-    /// Moves the window. Returns whether cells leave for which a plan is to wait: then all levels must follow before
+    /// Moves the windows. Returns whether sheets leave for which a plan is to wait: then all levels must follow before
     /// [`Self::free`].
     pub fn leave(&mut self, grid: &mut Grid, levels: &mut Levels, view: &View) -> bool {
         self.plans += 1;
@@ -88,17 +89,17 @@ impl Stream {
         self.reorder |= self.eye.replace(eye) != Some(eye);
         if grid.window.follow(eye) {
             self.leaving = grid.window.leaving();
-            let (fewer, _) = grid.window.count_rings();
+            let (fewer, _) = grid.window.count_depths();
             levels.reconsider(grid, &fewer);
         }
         self.loader.is_blocking() && !self.leaving.is_empty()
     }
 
-    /// Gives the places of the cells away that have left.
+    /// Gives the places of the sheets away that have left.
     pub fn free(&mut self, grid: &mut Grid) {
         self.reorder |= !self.leaving.is_empty();
         self.unloaded += self.leaving.len() as u64;
-        self.leaving.drain(..).for_each(|cell| grid.window.free(cell));
+        self.leaving.drain(..).for_each(|sheet| grid.window.free(sheet));
     }
 
     /// Asks for what is wanted, and takes what has arrived.
@@ -110,7 +111,7 @@ impl Stream {
         view: &View,
         plan: &mut FramePlan,
     ) {
-        if std::mem::take(&mut self.reorder) || self.failures.is_due(self.plans) {
+        if std::mem::take(&mut self.reorder) | self.failures.take_due(self.plans) {
             self.loader.want(self.wanted(grid, view));
         }
         let (before, limit) = (plan.bytes.len(), if self.loader.is_blocking() { usize::MAX } else { BYTES_A_PLAN });
@@ -120,46 +121,48 @@ impl Stream {
             self.arrive(arrival, grid, errors.as_deref_mut(), plan);
         }
         if self.loaded > loaded {
-            let (fewer, _) = grid.window.count_rings();
+            let (fewer, _) = grid.window.count_depths();
             levels.reconsider(grid, &fewer);
         }
     }
 
     fn arrive(&mut self, arrival: Arrival, grid: &mut Grid, errors: Option<&mut ErrorTable>, plan: &mut FramePlan) {
-        let Arrival { cell, content } = arrival;
-        self.failures.note(cell, content.as_ref().err(), self.plans);
+        let Arrival { sheet, content } = arrival;
+        self.failures.note(sheet, content.as_ref().err(), self.plans);
         let Ok(Cell { heights, ranges_m, errors: records }) = content else { return };
-        if !grid.window.lacks(cell) {
+        if !grid.window.lacks(sheet) {
             return; // the window has moved on
         }
-        grid.window.enter(cell);
-        grid.put(cell, &ranges_m);
+        grid.window.enter(sheet);
+        grid.put(sheet, &ranges_m);
         if let Some(errors) = errors {
-            errors.put(grid, cell, &records);
+            errors.put(grid, sheet, &records);
         }
-        plan.upload(Buffer::Heights, self.tiles.tile(cell) * self.tiles.format.bytes(), &heights);
+        let tile = self.tiles.tile(sheet.level, sheet.cell);
+        plan.upload(Buffer::Heights, tile * self.tiles.format.bytes(), &heights);
         self.loaded += 1;
     }
 
-    /// The cells to load, row by row.
-    fn lacking(&self, grid: &Grid) -> impl Iterator<Item = [u32; 2]> {
-        let lacks = |cell: &[u32; 2]| grid.window.lacks(*cell) && self.failures.may_read(*cell, self.plans);
+    /// The sheets to load, level by level, row by row.
+    fn lacking<'a>(&'a self, grid: &'a Grid) -> impl Iterator<Item = Sheet> + 'a {
+        let lacks = |sheet: &Sheet| grid.window.lacks(*sheet) && self.failures.may_read(*sheet, self.plans);
         grid.window.inside().filter(lacks)
     }
 
-    /// The cells to load, nearest first.
-    fn wanted(&self, grid: &Grid, view: &View) -> Vec<[u32; 2]> {
-        let mut wanted: Vec<_> = self.lacking(grid).collect();
-        let away_m = |cell: &[u32; 2]| {
+    /// The sheets to load: all windows fill from the eye to their rims at the same pace.
+    fn wanted(&self, grid: &Grid, view: &View) -> Vec<Sheet> {
+        let share = |Sheet { level, cell }: &Sheet| {
             let axes = [(0, view.eye_world.x), (1, view.eye_world.z)];
             let [x_m, z_m] = axes.map(|(axis, eye_m)| {
                 let first_m = cell[axis] as f64 * self.cell_m[axis];
                 eye_m - eye_m.clamp(first_m, first_m + self.cell_m[axis])
             });
-            x_m.hypot(z_m)
+            x_m.hypot(z_m) / grid.window.side(*level) as f64
         };
-        wanted.sort_by(|a, b| away_m(a).total_cmp(&away_m(b)));
-        wanted
+        let mut wanted: Vec<(f64, Sheet)> = self.lacking(grid).map(|sheet| (share(&sheet), sheet)).collect();
+        // Of sheets as near, the coarser first: without it the finer one is of no use.
+        wanted.sort_by(|(a, of_a), (b, of_b)| a.total_cmp(b).then(Reverse(of_a.level).cmp(&Reverse(of_b.level))));
+        wanted.into_iter().map(|(_, sheet)| sheet).collect()
     }
 
     /// The cell that the eye is above, or nearest to.
@@ -185,64 +188,6 @@ impl Stream {
     }
 }
 
-/// Bytes that are kept for a DEM.
-///
-/// | for each square | bytes |
-/// |---|---|
-/// | height range | 8 |
-/// | places of its two patches (`slots`) | 8 |
-/// | above level 0: error record, by [`LevelMetric::Error`] | `4 (3k + 4)` |
-/// | above level 0: wishes and their deadline, split patches of this and the last view, sight | 13 |
-/// | above level 0: when its patches' blocks are judged again | 16 |
-struct Room {
-    /// Of the resident levels.
-    resident: u64,
-    /// Of each cell in the window, without its heights.
-    cell: u64,
-    /// Of each cell on its way.
-    waiting: u64,
-    cells: [u32; 2],
-}
-
-impl Room {
-    fn of(header: &CellsHeader, options: &Options) -> Self {
-        let record = if options.metric == LevelMetric::Error { 2 * record_length(header.k) as u64 } else { 0 };
-        let above = record + wishes::BYTES_A_SQUARE + 2 + closure::BYTES_A_SQUARE + in_sight::BYTES_A_SQUARE;
-        let square = |level: u32| 16 + if level > 0 { above } else { 0 };
-        let squares = |samples: u32, level: u32| (samples - 1).div_ceil(header.k.pow(level + 1)) as u64;
-        let all = |level: u32| header.samples.map(|samples| squares(samples, level)).iter().product::<u64>();
-        let of_cell = |level: u32| squares(header.cell_side() + 1, level).pow(2);
-        let bytes = |levels: std::ops::Range<u32>, count: &dyn Fn(u32) -> u64| -> u64 {
-            levels.map(|level| square(level) * count(level)).sum()
-        };
-        let heights = (header.cell_side() as u64 + 1).pow(2) * header.format.bytes();
-        let content = (0..header.streamed).map(|level| of_cell(level) * (8 + record)).sum::<u64>();
-        Self {
-            resident: bytes(header.streamed..header.layers, &all),
-            cell: bytes(0..header.streamed, &of_cell),
-            waiting: heights + content,
-            cells: header.cells(),
-        }
-    }
-
-    fn bytes(&self, window: u32, tiles: HeightTiles) -> u64 {
-        let HeightTiles { format, .. } = tiles;
-        let coarse = tiles.coarse_codes() * format.bytes();
-        let cell = self.cell + tiles.tile_codes() * format.bytes();
-        // One is read, one is being read.
-        self.resident + coarse + window as u64 * window as u64 * cell + (CELLS_WAITING as u64 + 2) * self.waiting
-    }
-}
-
-/// Cells along the largest window that fits; at most what it takes to hold the whole DEM.
-pub(crate) fn window_side(header: &CellsHeader, options: &Options) -> Result<u32, HtpError> {
-    let room = Room::of(header, options);
-    let largest = room.cells[0].max(room.cells[1]);
-    let fits = |window: &u32| room.bytes(*window, header.tiles(*window)) <= (options.window_mib as u64) << 20;
-    let needed_mib = room.bytes(1, header.tiles(1)).div_ceil(1 << 20);
-    (1..=largest).rev().find(fits).ok_or(HtpError::WindowMib { window_mib: options.window_mib, needed_mib })
-}
-
 /// Refuses options that are not those of the file.
 pub(crate) fn check(header: &CellsHeader, options: &Options) -> Result<(), HtpError> {
     let (found, expected) = ([header.k, header.layers], [options.k, options.layers]);
@@ -257,9 +202,9 @@ pub(crate) fn tables(
     header: &CellsHeader,
     resident: Resident,
     options: &Options,
-    window: u32,
+    sides: &[u32],
 ) -> (Vec<u8>, Grid, Option<ErrorTable>) {
-    let grid = Grid::streamed(header, resident.ranges_m, options, window);
+    let grid = Grid::streamed(header, resident.ranges_m, options, sides);
     let is_bounded = options.metric == LevelMetric::Error;
     let errors = is_bounded.then(|| ErrorTable::streamed(header, resident.errors, &grid));
     (resident.heights, grid, errors)
@@ -294,22 +239,5 @@ mod tests {
             refuse(Options { window_mib: 0, ..options }),
             "window of 0 MiB: expected at least 1 for these cells"
         );
-    }
-
-    /// The largest window that fits: one more cell along it would not.
-    #[test]
-    fn the_window_fills_its_cap_and_no_more() {
-        for (k, layers, window_mib) in [(3, 3, 1), (2, 3, 1), (2, 4, 2), (4, 2, 1), (3, 3, 64)] {
-            let options = Options { k, layers, window_mib, ..Options::bounded() };
-            let (file, resident) = open(&options);
-            let header = file.header().clone();
-            let method = Htp::stream(file, resident, options).unwrap();
-            let (side, cap) = (method.window_cells(), (window_mib as u64) << 20);
-            assert!(method.resident_bytes() <= cap, "{options:?}");
-            let tiles = HeightTiles { window: side + 1, ..terrain_core::LodMethod::buffers(&method).heights.unwrap() };
-            let larger = Room::of(&header, &options).bytes(side + 1, tiles);
-            let all = header.cells().into_iter().max().unwrap();
-            assert!(side == all || larger > cap, "{options:?}: {side} cells, {larger} bytes for one more");
-        }
     }
 }

@@ -9,17 +9,17 @@
 use crate::grid::{BOTH_HALVES, Grid, Half, Square};
 use crate::rule::Rule;
 use std::collections::BTreeMap;
-use terrain_core::odometer::{NEVER, Odometer, PASSED};
+use terrain_core::odometer::{NEVER, Odometer, PASSED, rounded_down};
 
 /// Bytes of [`Wishes`] for one square.
-pub(crate) const BYTES_A_SQUARE: u64 = (size_of::<u8>() + size_of::<f64>()) as u64;
+pub(crate) const BYTES_A_SQUARE: u64 = (size_of::<u8>() + size_of::<f32>()) as u64;
 
 /// The wishes of all patches above the finest layer.
 pub(crate) struct Wishes {
     /// By level and square: the halves that want to be split. Empty on level 0, which has nothing finer.
     halves: Vec<Vec<u8>>,
-    /// By level and square: when the square is to be visited again.
-    deadlines_m: Vec<Vec<f64>>,
+    /// By level and square: when the square is to be visited again, rounded down.
+    deadlines_m: Vec<Vec<f32>>,
     /// By the number of a square's first patch: wishes that are denied, of patches whose parents' are not.
     denied: BTreeMap<u32, Denied>,
     /// By level: the squares in which the last update has changed any.
@@ -39,7 +39,7 @@ impl Wishes {
         let squares = |level: u32| if level == 0 { 0 } else { grid.layers[level as usize].squares_stored() };
         Self {
             halves: (0..=grid.top()).map(|level| vec![0; squares(level)]).collect(),
-            deadlines_m: (0..=grid.top()).map(|level| vec![PASSED; squares(level)]).collect(),
+            deadlines_m: (0..=grid.top()).map(|level| vec![PASSED as f32; squares(level)]).collect(),
             denied: BTreeMap::new(),
             flipped: vec![Vec::new(); grid.layers.len()],
         }
@@ -56,7 +56,9 @@ impl Wishes {
         let granted = self.denied.values().map(|denied| denied.square).filter(|square| grid.may_split(*square));
         let mut due: Vec<Square> = granted.collect();
         for (cell, level) in fewer.iter().flat_map(|cell| (1..=grid.window.streamed).map(move |level| (cell, level))) {
-            if !grid.window.may_split(level, *cell) {
+            // Without its sheet, the places are another cell's.
+            let is_stored = level == grid.window.streamed || grid.window.holds(level, *cell);
+            if is_stored && !grid.window.may_split(level, *cell) {
                 let rows = grid.layers[level as usize].rows_of(*cell);
                 let wished = rows.flatten().filter(|index| self.halves[level as usize][*index] != 0);
                 due.extend(wished.map(|index| grid.square_at(level, index)));
@@ -68,7 +70,7 @@ impl Wishes {
     /// Has a square and all above it visited.
     fn expire_path(&mut self, grid: &Grid, mut square: Square) {
         loop {
-            self.deadlines_m[square.level as usize][grid.index(square)] = PASSED;
+            self.deadlines_m[square.level as usize][grid.index(square)] = PASSED as f32;
             if square.level == grid.top() {
                 return;
             }
@@ -101,7 +103,7 @@ impl Wishes {
         let grid = rule.grid;
         if grid.top() > 0 {
             for (index, cell) in grid.squares(grid.top()).enumerate() {
-                if odometer.has_passed(self.deadlines_m[cell.level as usize][index]) {
+                if odometer.has_passed(self.deadlines_m[cell.level as usize][index].into()) {
                     self.visit(rule, odometer, cell, BOTH_HALVES);
                 }
             }
@@ -110,7 +112,7 @@ impl Wishes {
 
     /// Decides all anew in the next update.
     pub fn expire(&mut self) {
-        self.deadlines_m.iter_mut().for_each(|layer| layer.fill(PASSED));
+        self.deadlines_m.iter_mut().for_each(|layer| layer.fill(PASSED as f32));
     }
 
     /// Decides for a square of which some halves have a parent that wants to be split. Returns its next deadline.
@@ -136,14 +138,14 @@ impl Wishes {
         }
         if level > 1 && before | now != 0 {
             for child in rule.grid.children(square) {
-                let due_m = self.deadlines_m[level - 1][rule.grid.index(child)];
+                let due_m = self.deadlines_m[level - 1][rule.grid.index(child)].into();
                 let is_due = now != before || odometer.has_passed(due_m);
                 let next_m =
                     if is_due { self.visit(rule, odometer, child, rule.grid.children_of(now, child)) } else { due_m };
                 deadline_m = deadline_m.min(next_m);
             }
         }
-        self.deadlines_m[level][index] = deadline_m;
+        self.deadlines_m[level][index] = rounded_down(deadline_m);
         deadline_m
     }
 

@@ -29,4 +29,9 @@ pub trait LodMethod: Send {
 
     /// Writes into `plan` (cleared first) what this frame uploads and draws.
     fn plan(&mut self, view: &View, plan: &mut FramePlan);
+
+    /// What the user is to be told since the last time, a line each. Only methods that read have anything to tell.
+    fn take_messages(&mut self) -> Vec<String> {
+        Vec::new()
+    }
 }

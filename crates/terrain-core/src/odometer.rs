@@ -55,3 +55,26 @@ impl Odometer {
         self.reading_m + (slack_m - MARGIN_M).max(0.0)
     }
 }
+
+/// A deadline in half the memory, and never later: on the longest way by less than 13 cm sooner.
+pub fn rounded_down(deadline_m: f64) -> f32 {
+    let nearest_m = deadline_m as f32;
+    if f64::from(nearest_m) > deadline_m { nearest_m.next_down() } else { nearest_m }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::SplitMix64;
+
+    #[test]
+    fn a_deadline_in_half_the_memory_is_the_next_one_that_is_no_later() {
+        let mut random = SplitMix64::new(1);
+        for deadline_m in (0..10_000).map(|_| random.range(0.0, 2.0 * LONGEST_M)) {
+            let rounded_m = rounded_down(deadline_m);
+            assert!(f64::from(rounded_m) <= deadline_m && f64::from(rounded_m.next_up()) > deadline_m);
+            assert!(deadline_m - f64::from(rounded_m) < 0.125);
+        }
+        assert_eq!([NEVER, PASSED, 0.0, 0.5].map(rounded_down), [f32::INFINITY, f32::NEG_INFINITY, 0.0, 0.5]);
+    }
+}

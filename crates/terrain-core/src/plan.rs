@@ -178,6 +178,7 @@ pub struct WorkReport {
 }
 
 /// What a method that loads its DEM piece by piece has done so far, and what it lacks in this frame. All 0 for others.
+/// Where a cell is loaded for each level by itself, it counts once for each, but in `cells_missing`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Streaming {
     /// Cells that were loaded, from the beginning.

@@ -6,6 +6,7 @@ use terrain_core::Heightmap;
 
 use crate::load::{ByRows, RowsOf, load_rows};
 use crate::raster::OnRow;
+use crate::sidecar::Sidecar;
 use crate::{Dem, DemError, ReadOptions, Reading, find, open, open_synthetic, synthetic};
 
 /// Whole DEMs of so few samples are not worth a warning: 64 MiB.
@@ -20,6 +21,12 @@ pub struct DemRows {
     pub samples: [u32; 2],
     /// Metres between neighbouring samples in x and in z.
     pub spacing_m: [f64; 2],
+    /// As in [`Dem`].
+    pub source: Option<String>,
+    /// As in [`Dem`].
+    pub licence: Option<String>,
+    /// As in [`Dem`].
+    pub notice: Option<String>,
     /// What the file was taken for.
     pub reading: Reading,
     heights: Heights,
@@ -55,7 +62,8 @@ pub fn open_rows(spec: &str, options: &ReadOptions) -> Result<DemRows, DemError>
         ByRows::Done(found) => {
             let RowsOf { name, samples, spacing_m, reading } = *found;
             let heights = Heights::File { spec: spec.to_owned(), options: *options };
-            Ok(DemRows { name, samples, spacing_m, reading, heights })
+            let Sidecar { source, licence, notice, .. } = sidecar;
+            Ok(DemRows { name, samples, spacing_m, source, licence, notice, reading, heights })
         }
         ByRows::Refused(reason) => {
             let mut dem = DemRows::of(open(spec, options)?);
@@ -70,9 +78,10 @@ fn synthetic_rows(spec: &str, options: &ReadOptions, seed: u64) -> Result<DemRow
     // All that is said of it, without its heights.
     let [columns, rows] = synthetic::parse(spec).map(|(columns, rows, _)| [columns, rows]).expect("a checked spec");
     let small = open_synthetic(&format!("{}2x2:{seed}", synthetic::PREFIX), options)?;
-    let (spacing_m, reading) = (small.heightmap.spacing_m(), small.reading);
-    let name = format!("synthetic-{columns}x{rows}-{seed}");
-    Ok(DemRows { name, samples: [columns, rows], spacing_m, reading, heights: Heights::Synthetic { seed } })
+    let spacing_m = small.heightmap.spacing_m();
+    let Dem { source, licence, notice, reading, .. } = small;
+    let (name, heights) = (format!("synthetic-{columns}x{rows}-{seed}"), Heights::Synthetic { seed });
+    Ok(DemRows { name, samples: [columns, rows], spacing_m, source, licence, notice, reading, heights })
 }
 
 impl DemRows {
@@ -81,6 +90,9 @@ impl DemRows {
             name: dem.name.clone(),
             samples: [dem.heightmap.columns(), dem.heightmap.rows()],
             spacing_m: dem.heightmap.spacing_m(),
+            source: dem.source.clone(),
+            licence: dem.licence.clone(),
+            notice: dem.notice.clone(),
             reading: dem.reading.clone(),
             heights: Heights::Whole(Box::new(dem)),
         }

@@ -56,7 +56,7 @@ impl CellsDem {
 
     /// All heights.
     pub fn load(self) -> Result<Dem, Fault> {
-        let CellsHeader { samples: [columns, rows], spacing_m, .. } = *self.header();
+        let CellsHeader { samples: [columns, rows], spacing_m, provenance, .. } = self.header().clone();
         let mut heights_m = Vec::with_capacity(columns as usize * rows as usize);
         self.for_each(&mut |row_m| {
             heights_m.extend_from_slice(row_m);
@@ -67,9 +67,9 @@ impl CellsDem {
         Ok(Dem {
             name: self.path.file_stem().unwrap_or_default().to_string_lossy().into_owned(),
             heightmap: Arc::new(heightmap),
-            source: None,
-            licence: None,
-            notice: None,
+            source: provenance.source,
+            licence: provenance.licence,
+            notice: provenance.notice,
             voids: None,
             reading: self.reading,
         })

@@ -21,7 +21,10 @@ pub fn run(args: &CellsArgs) -> Result<(), Fault> {
     let partial = cells_file::partial_of(&out)?;
     probe_parent(&out)?;
     let rows = Rows::open(&args.dem, &args.read.options())?;
-    let header = scan(&rows, args)?;
+    let mut provenance = rows.provenance();
+    provenance.notice = args.notice.clone().or(provenance.notice);
+    provenance.check().map_err(Fault::usage)?;
+    let header = CellsHeader { provenance, ..scan(&rows, args)? };
     let line = Line::of(&header);
     let kept = cut(&rows, header, &partial, &out)?;
     print(&line.text(&out, kept, start.elapsed().as_secs_f64()))

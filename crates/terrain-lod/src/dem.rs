@@ -3,6 +3,7 @@
 use std::ops::ControlFlow;
 use std::path::Path;
 
+use htp_lod::Provenance;
 use serde::Serialize;
 use terrain_dem::{Dem, DemRows, HeightUnit, ReadOptions, Reading};
 
@@ -56,6 +57,16 @@ impl Rows {
         match self {
             Self::File(rows) => rows.spacing_m,
             Self::Cells(cells) => cells.header().spacing_m,
+        }
+    }
+
+    /// Where the DEM comes from.
+    pub fn provenance(&self) -> Provenance {
+        match self {
+            Self::File(rows) => {
+                Provenance { source: rows.source.clone(), licence: rows.licence.clone(), notice: rows.notice.clone() }
+            }
+            Self::Cells(cells) => cells.header().provenance.clone(),
         }
     }
 
@@ -130,6 +141,7 @@ struct Description<'a> {
     voids: u64,
     source: Option<&'a str>,
     licence: Option<&'a str>,
+    notice: Option<&'a str>,
     warnings: &'a [String],
 }
 
@@ -142,6 +154,7 @@ impl<'a> Description<'a> {
             voids: dem.voids.as_ref().map_or(0, |voids| voids.count()),
             source: dem.source.as_deref(),
             licence: dem.licence.as_deref(),
+            notice: dem.notice.as_deref(),
             ..Self::new(spec, [map.columns(), map.rows()], map.spacing_m(), range_m, &dem.reading)
         }
     }
@@ -149,7 +162,13 @@ impl<'a> Description<'a> {
     /// By the header: the heights are not read.
     fn of_cells(spec: &'a str, cells: &'a CellsDem) -> Self {
         let header = cells.header();
-        Self::new(spec, header.samples, header.spacing_m, header.height_range_m, &cells.reading)
+        let Provenance { source, licence, notice } = &header.provenance;
+        Self {
+            source: source.as_deref(),
+            licence: licence.as_deref(),
+            notice: notice.as_deref(),
+            ..Self::new(spec, header.samples, header.spacing_m, header.height_range_m, &cells.reading)
+        }
     }
 
     fn new(
@@ -180,6 +199,7 @@ impl<'a> Description<'a> {
             voids: 0,
             source: None,
             licence: None,
+            notice: None,
             warnings: &reading.warnings,
         }
     }
@@ -205,7 +225,7 @@ impl<'a> Description<'a> {
             self.spacing_from,
             self.voids,
         );
-        for (name, line) in [("source", self.source), ("licence", self.licence)] {
+        for (name, line) in [("source", self.source), ("licence", self.licence), ("notice", self.notice)] {
             text += &line.map_or(String::new(), |line| format!("  {name:<8} {line}\n"));
         }
         for warning in self.warnings {

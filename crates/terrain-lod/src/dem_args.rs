@@ -183,6 +183,9 @@ pub struct CellsArgs {
     /// Levels of detail: a cell is k^N sample intervals wide, at most 1024
     #[arg(long, value_name = "N", default_value_t = 5)]
     pub layers: u32,
+    /// What the DEM's owner wants to be shown with it; kept in the file, as are source and licence [default: the sidecar's]
+    #[arg(long, value_name = "TEXT")]
+    pub notice: Option<String>,
     #[command(flatten)]
     pub read: ReadArgs,
 }

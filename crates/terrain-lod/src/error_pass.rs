@@ -11,6 +11,7 @@ use crate::interrupt;
 use crate::methods::Run;
 use crate::output::tidy;
 use crate::progress::Progress;
+use crate::read_failures::ReadFailures;
 use crate::suite::Bench;
 
 /// One frame of the error pass, a row in `frames/*-error.csv`.
@@ -56,6 +57,12 @@ pub struct ErrorFrame {
     pub resident_bytes: u64,
     /// From level 0 on, with spaces between them, up to the last that has any.
     pub triangles_by_level: String,
+    /// Cells that the frame still waits for, and from the beginning of the flight: cells loaded, reads that failed, reads
+    /// after a failure.
+    pub cells_due: u64,
+    pub cells_loaded: u64,
+    pub reads_failed: u64,
+    pub read_retries: u64,
 }
 
 /// The error pass of one run.
@@ -76,24 +83,18 @@ pub fn fly(bench: &Bench, run: &Run, progress: &Progress) -> Result<ErrorFlight,
     let mut judge = Judge::new(bench, run, &method.buffers());
     let mut plan = FramePlan::default();
     let mut frames = Vec::with_capacity(bench.path.len() as usize);
+    let mut failures = ReadFailures::of(run);
     for frame in 0..bench.path.len() {
         interrupt::check()?;
         let view = bench.view(frame)?;
         method.plan(&view, &mut plan);
+        failures.tell(&mut *method);
         frames.push(judge.judge(frame, &view, &plan)?);
         progress.step();
     }
     let index_bytes_reserved = method.buffers().indices;
-    warn_of_reads(run, &plan);
+    failures.finish(&mut *method, &plan);
     Ok(ErrorFlight { frames, errors: judge.flight, popping: judge.flight_popping, index_bytes_reserved })
-}
-
-/// Cells that could not be read: coarse levels stood in for them.
-pub fn warn_of_reads(run: &Run, last: &FramePlan) {
-    let failed = last.streaming.reads_failed;
-    if failed > 0 {
-        eprintln!("warning: {}: {failed} reads of cells failed; coarser levels stood in for them", run.file_stem());
-    }
 }
 
 /// The mirror and the oracles of one flight: what a plan draws, measured. The live pass has its plans judged here too.
@@ -211,6 +212,10 @@ impl<'a> Judge<'a> {
             unheld_px: tidy(plan.unheld_px),
             resident_bytes: plan.streaming.resident_bytes,
             triangles_by_level: levels_text(&triangles_by_level(&self.mirror)),
+            cells_due: plan.streaming.cells_due,
+            cells_loaded: plan.streaming.cells_loaded,
+            reads_failed: plan.streaming.reads_failed,
+            read_retries: plan.streaming.retries,
         })
     }
 }

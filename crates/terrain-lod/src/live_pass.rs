@@ -14,11 +14,12 @@ use terrain_core::error::ErrorDistribution;
 use terrain_core::{FramePlan, LodMethod, View, WorkReport};
 
 use crate::attempt::attempt;
-use crate::error_pass::{ErrorFrame, Judge, warn_of_reads};
+use crate::error_pass::{ErrorFrame, Judge};
 use crate::fault::{Cause, Fault};
 use crate::interrupt;
 use crate::methods::Run;
 use crate::progress::Progress;
+use crate::read_failures::ReadFailures;
 use crate::speed_pass::ms;
 use crate::suite::Bench;
 
@@ -52,6 +53,10 @@ pub struct LiveFrame {
     /// As in the error pass.
     pub stand_ins: u64,
     pub unheld_px: f64,
+    pub cells_due: u64,
+    pub cells_loaded: u64,
+    pub reads_failed: u64,
+    pub read_retries: u64,
 }
 
 /// The live flights of one run.
@@ -112,9 +117,10 @@ fn fly(bench: &Bench, run: &Run, repeat: u32, progress: &Progress) -> Result<Liv
     let mut judge = Judge::new(bench, run, &method.buffers());
     settle(bench, &mut *method, &mut judge)?;
     let flown = fly_in_time(bench, &mut *method)?;
+    // Not on the way: nothing but plans is timed there.
+    flown.last().into_iter().for_each(|last| ReadFailures::of(run).finish(&mut *method, &last.plan));
     // Its worker must not work on beside the judge.
     drop(method);
-    flown.last().into_iter().for_each(|last| warn_of_reads(run, &last.plan));
     let mut frames = Vec::with_capacity(flown.len());
     for (frame, flown) in (0..).zip(flown) {
         interrupt::check()?;
@@ -183,5 +189,9 @@ fn live_frame(repeat: u32, flown: &Flown, judged: ErrorFrame) -> LiveFrame {
         cracks: judged.cracks,
         stand_ins: judged.stand_ins,
         unheld_px: judged.unheld_px,
+        cells_due: judged.cells_due,
+        cells_loaded: judged.cells_loaded,
+        reads_failed: judged.reads_failed,
+        read_retries: judged.read_retries,
     }
 }

@@ -42,6 +42,7 @@ mod pivot;
 mod popping_bins;
 mod prepared;
 mod progress;
+mod read_failures;
 mod record;
 mod repeats;
 mod report;

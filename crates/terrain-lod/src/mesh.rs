@@ -8,6 +8,7 @@ use crate::cli::MeshArgs;
 use crate::fault::{Cause, Fault};
 use crate::output::{print, tidy};
 use crate::progress::Progress;
+use crate::read_failures::ReadFailures;
 use crate::results::probe_parent;
 use crate::suite::{Bench, Suite, override_with};
 
@@ -78,14 +79,16 @@ fn suite(args: &MeshArgs) -> Suite {
 fn replay(bench: &Bench, last: u32) -> Result<Vec<Triangle>, Fault> {
     let mut method = bench.runs[0].converged().build(&bench.dem.heightmap, &bench.prepared)?;
     let mut mirror = MeshMirror::new(&method.buffers(), &bench.dem.heightmap);
-    let mut plan = FramePlan::default();
+    let (mut plan, mut failures) = (FramePlan::default(), ReadFailures::of(&bench.runs[0]));
     let progress = Progress::new("replay", last as u64 + 1);
     for (frame, culling) in (0..=last).map(|frame| (frame, true)).chain([(last, false)]) {
         method.set_culling(culling);
         method.plan(&bench.view(frame)?, &mut plan);
+        failures.tell(&mut *method);
         mirror.replay(&plan).map_err(|e| Fault::new(Cause::Failure, e))?;
         progress.step();
     }
+    failures.finish(&mut *method, &plan);
     Ok(mirror.triangles().to_vec())
 }
 

@@ -16,6 +16,7 @@ use crate::frame_times::RepeatTimes;
 use crate::interrupt;
 use crate::methods::Run;
 use crate::progress::Progress;
+use crate::read_failures::ReadFailures;
 use crate::suite::Bench;
 
 /// One frame of the speed pass, a row in `frames/*-speed.csv`. Times are milliseconds.
@@ -153,6 +154,9 @@ fn fly(
             cull_ms: ms(plan.cull.0),
         });
         progress.step();
+    }
+    if repeat == 0 {
+        ReadFailures::of(run).finish(&mut *method, &plan);
     }
     Ok(frames)
 }

@@ -129,6 +129,15 @@ pub struct SummaryRow {
     pub live_unbounded_frames: Option<u64>,
     /// The DEM in memory, the GPU's heights included.
     pub resident_bytes: Option<u64>,
+    /// Cells loaded, reads that failed and reads after a failure, from the beginning; of all live flights together. And
+    /// how many cells a live frame waited for at most.
+    pub cells_loaded: Option<u64>,
+    pub reads_failed: Option<u64>,
+    pub read_retries: Option<u64>,
+    pub live_cells_due_max: Option<u64>,
+    pub live_cells_loaded: Option<u64>,
+    pub live_reads_failed: Option<u64>,
+    pub live_read_retries: Option<u64>,
     /// Of the timed frames of the speed pass that have updates: how long these take in one frame (Bertilsson and Goswami
     /// 2016, Table 2).
     pub update_ms_max: Option<f64>,
@@ -238,6 +247,9 @@ pub fn fill_errors(row: &mut SummaryRow, flight: &ErrorFlight, tolerance: usize)
         row.stand_in_frames_share = mean(frames, |f| (f.stand_ins > 0) as u64);
         let unheld_px = frames.iter().map(|f| f.unheld_px);
         (row.unheld_px_max, row.unbounded_frames) = (largest_finite(unheld_px.clone()), Some(infinite(unheld_px)));
+        row.cells_loaded = frames.last().map(|f| f.cells_loaded);
+        row.reads_failed = frames.last().map(|f| f.reads_failed);
+        row.read_retries = frames.last().map(|f| f.read_retries);
     }
 }
 
@@ -279,6 +291,13 @@ pub fn fill_live(row: &mut SummaryRow, bench: &Bench, flight: &LiveFlight, toler
         let unheld_px = frames.iter().map(|f| f.unheld_px);
         row.live_unheld_px_max = largest_finite(unheld_px.clone());
         row.live_unbounded_frames = Some(infinite(unheld_px));
+        // Each flight counts from its own beginning.
+        let last_of_each = frames.chunk_by(|a, b| a.repeat == b.repeat).filter_map(<[LiveFrame]>::last);
+        let sum = |count: fn(&LiveFrame) -> u64| Some(last_of_each.clone().map(count).sum());
+        row.live_cells_due_max = frames.iter().map(|f| f.cells_due).max();
+        row.live_cells_loaded = sum(|f| f.cells_loaded);
+        row.live_reads_failed = sum(|f| f.reads_failed);
+        row.live_read_retries = sum(|f| f.read_retries);
     }
 }
 

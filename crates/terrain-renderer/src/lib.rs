@@ -43,4 +43,4 @@ pub use renderer::{FrameTimes, Renderer, RendererSettings};
 pub use scene::Scene;
 pub use submission::Submission;
 pub use target::Target;
-pub use tiles::TileUniforms;
+pub use tiles::{LevelUniforms, TileUniforms};

@@ -18,12 +18,6 @@ pub struct TileUniforms {
     pub coarse_columns: u32,
     /// [`HeightTiles::cell_side`].
     pub cell_side: u32,
-    /// [`HeightTiles::window`].
-    pub window: u32,
-    /// Code at which the tiles begin.
-    pub first_tile: u32,
-    /// Codes from one tile to the next.
-    pub tile_codes: u32,
     /// Bytes of a code: 2, or 4 where it is the height itself.
     pub code_bytes: u32,
     /// Metres of one step.
@@ -31,7 +25,34 @@ pub struct TileUniforms {
     /// Metres at code 0.
     pub offset_m: f32,
     /// Up to a multiple of 16 bytes.
-    pub padding: [u32; 2],
+    pub padding: u32,
+    /// By level below the coarse one.
+    pub levels: [LevelUniforms; HeightTiles::MAX_LEVELS],
+}
+
+/// `struct TileLevel` of `shaders/terrain.wgsl`: the tiles of one level.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+pub struct LevelUniforms {
+    /// Of [`HeightTiles::windows`].
+    pub window: u32,
+    /// [`HeightTiles::step`].
+    pub step: u32,
+    /// Code at which the level's tiles begin.
+    pub first_tile: u32,
+    /// Codes from one tile to the next.
+    pub tile_codes: u32,
+}
+
+impl LevelUniforms {
+    fn new(tiles: &HeightTiles, level: u32) -> Self {
+        Self {
+            window: tiles.windows[level as usize],
+            step: tiles.step(level),
+            first_tile: tiles.first_tile(level) as u32,
+            tile_codes: tiles.tile_codes(level) as u32,
+        }
+    }
 }
 
 impl TileUniforms {
@@ -44,18 +65,20 @@ impl TileUniforms {
             HeightFormat::F32 => [1.0, 0.0],
             HeightFormat::U16 { scale_m, offset_m } => [scale_m as f32, offset_m as f32],
         };
+        let mut levels = [LevelUniforms::default(); HeightTiles::MAX_LEVELS];
+        for (level, uniforms) in (0..tiles.coarse_level).zip(&mut levels) {
+            *uniforms = LevelUniforms::new(tiles, level);
+        }
         Self {
             coarse_level: tiles.coarse_level,
-            coarse_step: tiles.coarse_step,
+            coarse_step: tiles.coarse_step(),
             coarse_columns: tiles.coarse_size()[0],
             cell_side: tiles.cell_side,
-            window: tiles.window,
-            first_tile: tiles.coarse_codes() as u32,
-            tile_codes: tiles.tile_codes() as u32,
             code_bytes: tiles.format.bytes() as u32,
             scale_m,
             offset_m,
-            padding: [0; 2],
+            padding: 0,
+            levels,
         }
     }
 }

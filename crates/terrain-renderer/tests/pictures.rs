@@ -63,7 +63,7 @@ fn heights_of_tiles_draw_the_same_picture_as_those_of_the_scene() {
     let (dem, view) = (hills::heightmap(59, 43, height_m), oblique(&hills));
     for format in [HeightFormat::F32, HeightFormat::U16 { scale_m: 0.125, offset_m: -500.0 }] {
         for (coarse, look) in [(false, Colour::Shaded), (false, Colour::ByLevel), (true, Colour::Shaded)] {
-            let displaced = if coarse { coarse_grid(&dem, 4, 2) } else { displaced_grid(&dem, 8) };
+            let displaced = if coarse { coarse_grid(&dem, 2, 4) } else { displaced_grid(&dem, 8) };
             let tiled = hills::tiled(&dem, &displaced, format, coarse);
             let [expected, found] =
                 [displaced, tiled].map(|mesh| shoot(&gpu, &dem, Submission::Direct, &mesh, &view, &shaded(look)));
@@ -290,10 +290,10 @@ fn what_the_adapter_cannot_hold_is_refused() {
     let tiles = HeightTiles {
         format: HeightFormat::F32,
         samples: [60_000; 2],
+        k: 2,
         coarse_level: 1,
-        coarse_step: 2,
         cell_side: 2,
-        window: 30_000,
+        windows: [30_000, 0, 0, 0, 0, 0],
     };
     let sizes = BufferSizes { heights: Some(tiles), ..displaced_grid(&hills::hills(), 8).sizes };
     let refused = MethodBuffers::new(&gpu, sizes).unwrap_err();

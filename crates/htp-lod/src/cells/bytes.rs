@@ -1,21 +1,27 @@
 //! Where the bytes of a cell are, and what they mean: in the resident part and among the cells alike.
 
+use std::ops::Range;
+
 use super::file::CellsError;
-use super::header::HEADER;
 use super::{Cell, CellsHeader, local};
 use crate::errors::record_length;
 
 /// Column and row of the cell, at the start of each record.
 const NUMBER: usize = 8;
 
-/// At its end.
+/// A square's lowest and highest sample.
+const RANGE: usize = 8;
+
+/// At the end of each record.
 const CHECKSUM: usize = 4;
 
-/// One of the two parts of a file: a record of equal length for each cell, row by row.
+/// One of the parts of a file: a record of equal length for each cell, row by row.
 #[derive(Clone, Debug)]
 pub(super) struct Part {
     /// In messages.
-    name: &'static str,
+    name: String,
+    /// The levels that it is for.
+    pub levels: Range<u32>,
     /// Where the first record begins.
     first_byte: u64,
     /// Columns and rows of cells.
@@ -26,10 +32,10 @@ pub(super) struct Part {
     pub side: u32,
     /// Bytes of the codes.
     heights: usize,
-    /// By level: squares whose ranges are kept.
-    ranges: Vec<usize>,
-    /// By level: error numbers.
-    errors: Vec<usize>,
+    /// Squares whose ranges and errors are kept.
+    squares: usize,
+    /// Bytes of an error record.
+    error_record: usize,
     /// What all checksums begin with: so that a record of another DEM is told.
     heights_crc: u32,
 }
@@ -37,46 +43,41 @@ pub(super) struct Part {
 impl Part {
     /// The coarser levels of all cells.
     pub fn resident(header: &CellsHeader) -> Self {
-        let levels = header.streamed..header.layers;
-        Self {
-            name: "resident part",
-            step: header.coarse_step(),
-            ranges: levels.clone().map(|level| local::squares(header, level).pow(2)).collect(),
-            ..Self::of_levels(header, header.coarse_step(), levels)
+        let first_byte = header.bytes();
+        Self::new(header, "resident part".to_owned(), header.streamed..header.layers, first_byte)
+    }
+
+    /// In the order of the file: the resident part, and those of the streamed levels down to 0.
+    pub fn all(header: &CellsHeader) -> Vec<Self> {
+        let mut parts = vec![Self::resident(header)];
+        for level in (0..header.streamed).rev() {
+            let first_byte = parts.last().map_or(0, Self::end);
+            parts.push(Self::new(header, format!("level {level}"), level..level + 1, first_byte));
         }
-        .at(HEADER as u64)
+        parts
     }
 
-    /// The cells. Ranges follow from the heights, faster than they could be read.
-    pub fn streamed(header: &CellsHeader) -> Self {
-        Self { name: "cells", ..Self::of_levels(header, 1, 1..header.streamed) }.at(Self::resident(header).end())
-    }
-
-    fn of_levels(header: &CellsHeader, step: u32, levels: std::ops::Range<u32>) -> Self {
+    fn new(header: &CellsHeader, name: String, levels: Range<u32>, first_byte: u64) -> Self {
+        let step = header.k.pow(levels.start);
         let side = header.cell_side() / step;
         let codes = (side as usize + 1).pow(2);
-        let numbers = |level| local::squares(header, level).pow(2) * record_length(header.k);
         Self {
-            name: "",
-            first_byte: 0,
+            name,
+            first_byte,
             cells: header.cells(),
             step,
             side,
             heights: (codes * header.format.bytes() as usize).next_multiple_of(4),
-            ranges: Vec::new(),
-            errors: levels.map(numbers).collect(),
+            squares: levels.clone().filter(|level| *level > 0).map(|level| local::squares(header, level).pow(2)).sum(),
+            error_record: record_length(header.k),
             heights_crc: header.heights_crc,
+            levels,
         }
-    }
-
-    fn at(self, first_byte: u64) -> Self {
-        Self { first_byte, ..self }
     }
 
     /// Bytes of one record.
     pub fn record(&self) -> usize {
-        let (ranges, errors): (usize, usize) = (self.ranges.iter().sum(), self.errors.iter().sum());
-        NUMBER + self.heights + 8 * ranges + 2 * errors + CHECKSUM
+        NUMBER + self.heights + (RANGE + self.error_record) * self.squares + CHECKSUM
     }
 
     /// Where the record of a cell begins. Those of a row of cells lie side by side.
@@ -94,16 +95,16 @@ impl Part {
         let start = bytes.len();
         cell.iter().for_each(|at| bytes.extend(at.to_le_bytes()));
         bytes.extend(&content.heights);
-        if !self.ranges.is_empty() {
-            bytes.extend(content.ranges_m.iter().flatten().flatten().flat_map(|metres| metres.to_le_bytes()));
+        if self.squares > 0 {
+            bytes.extend(content.ranges_m.iter().flatten().flat_map(|metres| metres.to_le_bytes()));
         }
-        bytes.extend(content.errors.iter().flatten().flat_map(|code| code.to_le_bytes()));
+        bytes.extend(&content.errors);
         let checksum = self.checksum(&bytes[start..]);
         bytes.extend(checksum.to_le_bytes());
         debug_assert_eq!(bytes.len() - start, self.record());
     }
 
-    /// Takes a record apart that is whole and that of the cell. Without the ranges that are not kept.
+    /// Takes a record apart that is whole and that of the cell. Without the ranges of level 0.
     pub fn parse(&self, cell: [u32; 2], bytes: &[u8]) -> Result<Cell, CellsError> {
         let damaged = || CellsError::damaged(format_args!("{}, cell ({}, {})", self.name, cell[0], cell[1]));
         let (content, checksum) = bytes.split_last_chunk().expect("a whole record");
@@ -117,14 +118,15 @@ impl Part {
         }
         let mut take = |bytes: usize| content.split_off(..bytes).expect("a whole record");
         let heights = take(self.heights).to_vec();
-        let ranges_m = self.ranges.iter().map(|squares| ranges(take(8 * squares))).collect();
-        let errors = self.errors.iter().map(|numbers| numbers_of(take(2 * numbers))).collect();
+        let ranges_m = ranges(take(RANGE * self.squares));
+        let errors = take(self.error_record * self.squares).to_vec();
         Ok(Cell { heights, ranges_m, errors })
     }
 
     fn checksum(&self, bytes: &[u8]) -> u32 {
         let mut crc = crc32fast::Hasher::new();
         crc.update(&self.heights_crc.to_le_bytes());
+        crc.update(&self.levels.start.to_le_bytes());
         crc.update(bytes);
         crc.finalize()
     }
@@ -133,8 +135,4 @@ impl Part {
 fn ranges(bytes: &[u8]) -> Vec<[f32; 2]> {
     let pairs: &[[[u8; 4]; 2]] = bytes.as_chunks().0.as_chunks().0;
     pairs.iter().map(|pair| pair.map(f32::from_le_bytes)).collect()
-}
-
-fn numbers_of(bytes: &[u8]) -> Vec<u16> {
-    bytes.as_chunks().0.iter().map(|number| u16::from_le_bytes(*number)).collect()
 }

@@ -4,8 +4,7 @@ use rayon::prelude::*;
 use terrain_core::Heightmap;
 
 use super::bytes::Part;
-use super::file::{CellSource, CellsError, read_header};
-use super::header::HEADER;
+use super::file::{CellSource, CellsError};
 use super::scan::{CutError, HeightsCrc, Scan};
 use super::{Cell, CellsHeader, codes, local};
 use crate::errors::ErrorTable;
@@ -16,11 +15,12 @@ use crate::options::Options;
 /// [`Self::header_bytes`] at 0, and the pieces of each row of cells.
 ///
 /// ```text
-///  rows --push--> last row of a row of cells? --cut--> two pieces: resident part, cells
+///  rows --push--> last row of a row of cells? --cut--> a piece for the resident part, and for each streamed level
 /// ```
 pub struct Cutter {
     header: CellsHeader,
-    parts: [Part; 2],
+    /// In the order of the file.
+    parts: Vec<Part>,
     /// Rows of the current row of cells, one after the other.
     heights_m: Vec<f32>,
     /// Rows taken so far.
@@ -34,7 +34,7 @@ pub type Piece = (u64, Vec<u8>);
 impl Cutter {
     /// For a DEM that has been scanned.
     pub fn new(header: CellsHeader) -> Self {
-        let parts = [Part::resident(&header), Part::streamed(&header)];
+        let parts = Part::all(&header);
         let rows = header.cell_side().min(header.samples[1] - 1) as usize + 1;
         let heights_m = Vec::with_capacity(rows * header.samples[0] as usize);
         Self { header, parts, heights_m, rows: 0, heights: HeightsCrc::default() }
@@ -42,11 +42,11 @@ impl Cutter {
 
     /// Bytes of the whole file.
     pub fn file_bytes(&self) -> u64 {
-        self.parts[1].end()
+        self.parts.last().expect("the resident part at least").end()
     }
 
     /// The first bytes of the file.
-    pub fn header_bytes(&self) -> [u8; HEADER] {
+    pub fn header_bytes(&self) -> Vec<u8> {
         self.header.to_bytes()
     }
 
@@ -69,18 +69,19 @@ impl Cutter {
     /// Cuts the row of cells that is complete, on the threads of the current pool.
     ///
     /// [`CutError::Changed`] if a height is not finite, or none that the format found by the scan can hold.
-    pub fn cut(&self) -> Result<[Piece; 2], CutError> {
+    pub fn cut(&self) -> Result<Vec<Piece>, CutError> {
         let row = (self.rows - 2) / self.header.cell_side();
         let columns = (0..self.header.cells()[0]).into_par_iter();
-        let cells: Result<Vec<[Cell; 2]>, CutError> = columns.map(|column| self.cut_cell([column, row])).collect();
+        let cells: Result<Vec<Vec<Cell>>, CutError> = columns.map(|column| self.cut_cell([column, row])).collect();
         let cells = cells?;
-        Ok([0, 1].map(|part| {
-            let mut bytes = Vec::with_capacity(cells.len() * self.parts[part].record());
+        let piece = |(i, part): (usize, &Part)| {
+            let mut bytes = Vec::with_capacity(cells.len() * part.record());
             for (column, cell) in cells.iter().enumerate() {
-                self.parts[part].write([column as u32, row], &cell[part], &mut bytes);
+                part.write([column as u32, row], &cell[i], &mut bytes);
             }
-            (self.parts[part].offset([0, row]), bytes)
-        }))
+            (part.offset([0, row]), bytes)
+        };
+        Ok(self.parts.iter().enumerate().map(piece).collect())
     }
 
     /// Whether a file has the row of cells that is complete already, whole and with the heights of these rows.
@@ -111,7 +112,7 @@ impl Cutter {
     /// Whether a file was begun for the same DEM and the same cells.
     pub fn began(&self, source: &dyn CellSource) -> bool {
         let has_length = source.len().is_ok_and(|bytes| bytes == self.file_bytes());
-        has_length && read_header(source).is_ok_and(|header| header == self.header)
+        has_length && CellsHeader::read(source).is_ok_and(|header| header == self.header)
     }
 
     /// Refuses cells whose rows were not those of the scan; to be asked after the last row.
@@ -119,22 +120,19 @@ impl Cutter {
         if self.heights.finish() == self.header.heights_crc { Ok(()) } else { Err(CutError::Changed) }
     }
 
-    /// What stays resident of a cell, and what is loaded of it.
-    fn cut_cell(&self, cell: [u32; 2]) -> Result<[Cell; 2], CutError> {
+    /// What stays resident of a cell, and what is loaded of it for each streamed level.
+    fn cut_cell(&self, cell: [u32; 2]) -> Result<Vec<Cell>, CutError> {
         let header = &self.header;
         let heightmap = self.heightmap(cell)?;
         let grid = Grid::new(&heightmap, &header.options());
         let errors = ErrorTable::with_step(&heightmap, &grid, header.step_m());
-        let levels = [header.streamed..header.layers, 0..header.streamed];
-        Ok([0, 1].map(|part| Cell {
-            heights: self.codes(&heightmap, &self.parts[part]),
-            ranges_m: levels[part].clone().map(|level| local::ranges_m(header, &grid, level)).collect(),
-            errors: levels[part]
-                .clone()
-                .filter(|level| *level > 0)
-                .map(|level| self.errors(&grid, &errors, level))
-                .collect(),
-        }))
+        let levels = |part: &Part| part.levels.clone().filter(|level| *level > 0);
+        let of_part = |part: &Part| Cell {
+            heights: self.codes(&heightmap, part),
+            ranges_m: levels(part).flat_map(|level| local::ranges_m(header, &grid, level)).collect(),
+            errors: levels(part).flat_map(|level| self.errors(&grid, &errors, level)).collect(),
+        };
+        Ok(self.parts.iter().map(of_part).collect())
     }
 
     /// The samples of a cell. A height that has no code would be kept as another, under errors that are its own.
@@ -161,7 +159,7 @@ impl Cutter {
         codes
     }
 
-    fn errors(&self, grid: &Grid, errors: &ErrorTable, level: u32) -> Vec<u16> {
+    fn errors(&self, grid: &Grid, errors: &ErrorTable, level: u32) -> Vec<u8> {
         let (size, side) = (grid.layers[level as usize].size, local::squares(&self.header, level));
         local::padded(errors.records(level), size, side, crate::errors::record_length(self.header.k))
     }
@@ -180,7 +178,8 @@ pub fn cut_steps(heightmap: &Heightmap, declared: Option<[f64; 2]>, options: &Op
     rows().for_each(|row_m| scan.push(row_m));
     let mut cutter = Cutter::new(scan.finish());
     let mut bytes = vec![0; cutter.file_bytes() as usize];
-    bytes[..HEADER].copy_from_slice(&cutter.header_bytes());
+    let header = cutter.header_bytes();
+    bytes[..header.len()].copy_from_slice(&header);
     for row_m in rows() {
         if cutter.push(row_m).is_some() {
             for (at, piece) in cutter.cut().expect("the rows of the scan") {

@@ -5,7 +5,7 @@ use std::io;
 use std::sync::Arc;
 
 use super::bytes::Part;
-use super::header::{HEADER, MAGIC, VERSION};
+use super::header::{MAGIC, VERSION};
 use super::{Cell, CellsHeader, Resident, codes, local, resident};
 use crate::grid::Grid;
 use crate::options::Options;
@@ -96,7 +96,8 @@ impl CellsError {
 pub struct CellFile {
     source: Arc<dyn CellSource>,
     header: CellsHeader,
-    cells: Part,
+    /// Of the streamed levels, from 0.
+    levels: Vec<Part>,
 }
 
 impl CellFile {
@@ -107,14 +108,15 @@ impl CellFile {
 
     /// Reads the header and what stays resident.
     pub fn open(source: Arc<dyn CellSource>) -> Result<(Self, Resident), CellsError> {
-        let header = read_header(&*source)?;
-        let cells = Part::streamed(&header);
-        let (found, expected) = (source.len()?, cells.end());
+        let header = CellsHeader::read(&*source)?;
+        let mut levels = Part::all(&header).split_off(1);
+        levels.reverse();
+        let (found, expected) = (source.len()?, levels[0].end());
         if found != expected {
             return Err(CellsError::Length { found, expected });
         }
         let resident = resident::read(&*source, &header)?;
-        Ok((Self { source, header, cells }, resident))
+        Ok((Self { source, header, levels }, resident))
     }
 
     /// What all cells have in common.
@@ -122,24 +124,33 @@ impl CellFile {
         &self.header
     }
 
-    /// Bytes that are read for one cell.
+    /// Bytes that are read for one cell, all its levels together.
     pub fn cell_bytes(&self) -> u64 {
-        self.cells.record() as u64
+        self.levels.iter().map(|level| level.record() as u64).sum()
+    }
+
+    /// The byte after each level's records.
+    #[cfg(test)]
+    pub(crate) fn level_ends(&self) -> Vec<u64> {
+        self.levels.iter().map(Part::end).collect()
     }
 
     /// Bytes that are read by [`Self::open`].
     pub fn resident_bytes(&self) -> u64 {
-        self.cells.offset([0, 0])
+        self.levels.last().expect("a streamed level").offset([0, 0])
     }
 
-    /// Reads and checks the cell at a column and row. Panics if there is none.
-    pub fn read(&self, cell: [u32; 2]) -> Result<Cell, CellsError> {
+    /// Reads and checks a streamed level of the cell at a column and row. Panics if there is none.
+    pub fn read(&self, level: u32, cell: [u32; 2]) -> Result<Cell, CellsError> {
         let [columns, rows] = self.header.cells();
         assert!(cell[0] < columns && cell[1] < rows, "cell {cell:?} of {columns} x {rows}");
-        let mut bytes = vec![0; self.cells.record()];
-        self.source.read_at(self.cells.offset(cell), &mut bytes)?;
-        let mut found = self.cells.parse(cell, &bytes)?;
-        found.ranges_m = ranges_of(&self.header, cell, &found.heights)?;
+        let part = &self.levels[level as usize];
+        let mut bytes = vec![0; part.record()];
+        self.source.read_at(part.offset(cell), &mut bytes)?;
+        let mut found = part.parse(cell, &bytes)?;
+        if level == 0 {
+            found.ranges_m = ranges_of(&self.header, cell, &found.heights)?;
+        }
         Ok(found)
     }
 
@@ -153,7 +164,7 @@ impl CellFile {
         let mut heights_m = vec![0.0; rows * samples[0] as usize];
         for column in 0..self.header.cells()[0] {
             let cell = [column, cell_row];
-            let found = self.read(cell)?;
+            let found = self.read(0, cell)?;
             let cell_m = codes::decode(format, &found.heights);
             let (first, columns) = (column as usize * side, local::size(&self.header, cell)[0] as usize);
             for (to, from) in heights_m.chunks_mut(samples[0] as usize).zip(cell_m.chunks(side + 1)) {
@@ -164,22 +175,13 @@ impl CellFile {
     }
 }
 
-pub(super) fn read_header(source: &dyn CellSource) -> Result<CellsHeader, CellsError> {
-    let (mut bytes, length) = ([0; HEADER], source.len()?);
-    if length < HEADER as u64 {
-        return Err(CellsError::NoCells);
-    }
-    source.read_at(0, &mut bytes)?;
-    CellsHeader::parse(&bytes)
-}
-
-/// A cell's ranges as they were when it was cut.
-fn ranges_of(header: &CellsHeader, cell: [u32; 2], heights: &[u8]) -> Result<Vec<Vec<[f32; 2]>>, CellsError> {
+/// The ranges of a cell's squares of level 0 as they were when it was cut.
+fn ranges_of(header: &CellsHeader, cell: [u32; 2], heights: &[u8]) -> Result<Vec<[f32; 2]>, CellsError> {
     let heights_m = codes::decode(header.format, heights);
     let side = header.cell_side() as usize + 1;
     let row_m = |row: u32| &heights_m[row as usize * side..];
     let not_finite = || CellsError::damaged(format_args!("the heights of cell ({}, {})", cell[0], cell[1]));
     let heightmap = local::heightmap(header, cell, row_m).ok_or_else(not_finite)?;
-    let grid = Grid::new(&heightmap, &Options { layers: header.streamed, ..header.options() });
-    Ok((0..header.streamed).map(|level| local::ranges_m(header, &grid, level)).collect())
+    let grid = Grid::new(&heightmap, &Options { layers: 1, ..header.options() });
+    Ok(local::ranges_m(header, &grid, 0))
 }

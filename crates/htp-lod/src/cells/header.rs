@@ -2,20 +2,28 @@
 
 use terrain_core::{HeightFormat, Heightmap};
 
-use super::file::CellsError;
+use super::file::{CellSource, CellsError};
 use super::scan::check_shape;
-use super::{CellsHeader, codes};
+use super::{CellsHeader, Provenance, codes};
 
 pub(super) const MAGIC: [u8; 8] = *b"htp-cell";
 
 /// Rises whenever the same DEM gets other bytes, or the layout changes.
-pub(super) const VERSION: u32 = 1;
+pub(super) const VERSION: u32 = 2;
 
-/// Bytes of the header, its checksum included.
-pub(super) const HEADER: usize = 84;
+/// Bytes before the texts, with a checksum at their end.
+const NUMBERS: usize = 96;
+
+/// Bytes of a checksum.
+const CHECKSUM: usize = 4;
 
 impl CellsHeader {
-    pub(super) fn to_bytes(&self) -> [u8; HEADER] {
+    /// Bytes of the header.
+    pub(super) fn bytes(&self) -> u64 {
+        (NUMBERS + self.provenance.texts().map(str::len).iter().sum::<usize>() + CHECKSUM) as u64
+    }
+
+    pub(super) fn to_bytes(&self) -> Vec<u8> {
         let (height_bytes, scale_m, offset_m) = match self.format {
             HeightFormat::F32 => (4_u32, 0.0, 0.0),
             HeightFormat::U16 { scale_m, offset_m } => (2, scale_m, offset_m),
@@ -29,12 +37,34 @@ impl CellsHeader {
         [scale_m, offset_m].iter().for_each(|metres: &f64| bytes.extend(metres.to_le_bytes()));
         self.height_range_m.iter().for_each(|metres| bytes.extend(metres.to_le_bytes()));
         bytes.extend(self.heights_crc.to_le_bytes());
+        let texts = self.provenance.texts();
+        texts.iter().for_each(|text| bytes.extend((text.len() as u32).to_le_bytes()));
         bytes.extend(crc32fast::hash(&bytes).to_le_bytes());
-        bytes.try_into().expect("84 bytes")
+        debug_assert_eq!(bytes.len(), NUMBERS);
+        bytes.extend(texts.concat().bytes());
+        bytes.extend(crc32fast::hash(&bytes[NUMBERS..]).to_le_bytes());
+        bytes
     }
 
     /// Refuses what no cutter writes, so that whoever computes with a header need not fear overflows.
-    pub(super) fn parse(bytes: &[u8; HEADER]) -> Result<Self, CellsError> {
+    pub(super) fn read(source: &dyn CellSource) -> Result<Self, CellsError> {
+        let (mut bytes, length) = ([0; NUMBERS], source.len()?);
+        if length < NUMBERS as u64 {
+            return Err(CellsError::NoCells);
+        }
+        source.read_at(0, &mut bytes)?;
+        let (mut header, texts) = Self::parse(&bytes)?;
+        let mut bytes = vec![0; texts.iter().sum::<usize>() + CHECKSUM];
+        if length < (NUMBERS + bytes.len()) as u64 {
+            return Err(CellsError::damaged("header"));
+        }
+        source.read_at(NUMBERS as u64, &mut bytes)?;
+        header.provenance = parse_texts(&bytes, texts).ok_or_else(|| CellsError::damaged("header"))?;
+        Ok(header)
+    }
+
+    /// All but the texts, and their lengths.
+    fn parse(bytes: &[u8; NUMBERS]) -> Result<(Self, [usize; 3]), CellsError> {
         let mut at = Fields(bytes);
         if at.take() != MAGIC {
             return Err(CellsError::NoCells);
@@ -43,9 +73,9 @@ impl CellsHeader {
         if version != VERSION {
             return Err(CellsError::Version { found: version });
         }
-        let (before, checksum) = bytes.split_last_chunk().expect("longer than a checksum");
-        if crc32fast::hash(before) != u32::from_le_bytes(*checksum) {
-            return Err(CellsError::damaged("header"));
+        let damaged = || CellsError::damaged("header");
+        if !has_checksum(bytes) {
+            return Err(damaged());
         }
         let [k, layers, streamed, columns, rows] = [(); 5].map(|_| at.u32());
         let spacing_m = [(); 2].map(|_| at.f64());
@@ -53,12 +83,14 @@ impl CellsHeader {
         let format = match height_bytes {
             2 => HeightFormat::U16 { scale_m, offset_m },
             4 => HeightFormat::F32,
-            _ => return Err(CellsError::damaged("header")),
+            _ => return Err(damaged()),
         };
         let height_range_m = [(); 2].map(|_| f32::from_le_bytes(at.take()));
-        let samples = [columns, rows];
-        let header = Self { k, layers, samples, spacing_m, format, height_range_m, streamed, heights_crc: at.u32() };
-        if header.is_sound() { Ok(header) } else { Err(CellsError::damaged("header")) }
+        let (heights_crc, samples, provenance) = (at.u32(), [columns, rows], Provenance::default());
+        let texts = [(); 3].map(|_| at.u32() as usize);
+        let header = Self { k, layers, samples, spacing_m, format, height_range_m, streamed, heights_crc, provenance };
+        let is_sound = header.is_sound() && texts.iter().all(|bytes| *bytes <= Provenance::MAX_BYTES);
+        if is_sound { Ok((header, texts)) } else { Err(damaged()) }
     }
 
     fn is_sound(&self) -> bool {
@@ -72,6 +104,27 @@ impl CellsHeader {
             && high.is_finite()
             && low <= high
     }
+}
+
+/// Whether some bytes end with the checksum of those before.
+fn has_checksum(bytes: &[u8]) -> bool {
+    let (before, checksum) = bytes.split_last_chunk().expect("longer than a checksum");
+    crc32fast::hash(before) == u32::from_le_bytes(*checksum)
+}
+
+/// Texts of some lengths, and their checksum.
+fn parse_texts(bytes: &[u8], lengths: [usize; 3]) -> Option<Provenance> {
+    if !has_checksum(bytes) {
+        return None;
+    }
+    let mut rest = std::str::from_utf8(&bytes[..bytes.len() - CHECKSUM]).ok()?;
+    let mut next = |bytes: usize| {
+        let (text, after) = rest.split_at_checked(bytes)?;
+        rest = after;
+        Some((!text.is_empty()).then(|| text.to_owned()))
+    };
+    let [source, licence, notice] = lengths;
+    Some(Provenance { source: next(source)?, licence: next(licence)?, notice: next(notice)? })
 }
 
 /// Little-endian fields, one after the other.

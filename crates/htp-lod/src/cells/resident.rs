@@ -30,7 +30,7 @@ fn is_sound(header: &CellsHeader, part: &Cell) -> bool {
     let is_range = |[low, high]: &[f32; 2]| low.is_finite() && high.is_finite() && low <= high;
     let code = header.format.bytes() as usize;
     let mut heights_m = part.heights.chunks_exact(code).map(|code| header.format.decode(code));
-    heights_m.all(f32::is_finite) && part.ranges_m.iter().flatten().all(is_range)
+    heights_m.all(f32::is_finite) && part.ranges_m.iter().all(is_range)
 }
 
 /// All that is resident, not yet filled.
@@ -58,14 +58,18 @@ fn put(header: &CellsHeader, resident: &mut Resident, cell: [u32; 2], part: &Cel
     let size = header.coarse_size().map(|samples| samples as usize);
     let unpadded = &part.heights[..(side + 1).pow(2) * code];
     place(&mut resident.heights, size, code, unpadded, [side, side + 1], cell);
+    let (mut ranges_m, mut errors) = (part.ranges_m.as_slice(), part.errors.as_slice());
     for (i, level) in (header.streamed..header.layers).enumerate() {
-        let (size, side) = (level_size(header, level), local::squares(header, level));
-        place(&mut resident.ranges_m[i], size, 1, &part.ranges_m[i], [side; 2], cell);
-        place(&mut resident.errors[i], size, record_length(header.k), &part.errors[i], [side; 2], cell);
+        let (size, side, record) = (level_size(header, level), local::squares(header, level), record_length(header.k));
+        let (range_m, error);
+        (range_m, ranges_m) = ranges_m.split_at(side * side);
+        (error, errors) = errors.split_at(side * side * record);
+        place(&mut resident.ranges_m[i], size, 1, range_m, [side; 2], cell);
+        place(&mut resident.errors[i], size, record, error, [side; 2], cell);
     }
 }
 
-/// Copies a square of records into a grid of `size` records, each `record` numbers; what is beyond the grid is dropped.
+/// Copies a square of records into a grid of `size` records, each `record` long; what is beyond the grid is dropped.
 /// The squares of cells begin `side[0]` records apart and have `side[1]` of them a row.
 fn place<T: Copy>(grid: &mut [T], size: [usize; 2], record: usize, from: &[T], side: [usize; 2], cell: [u32; 2]) {
     let [column, row] = cell.map(|at| at as usize * side[0]);

@@ -2,7 +2,7 @@
 
 use terrain_core::HeightFormat;
 
-use super::{CellsHeader, codes};
+use super::{CellsHeader, Provenance, codes};
 use crate::options::{HtpError, Options};
 
 /// Samples of which the coarsest streamed level drops all but one, along a row, at least: what stays resident is then
@@ -26,6 +26,12 @@ pub enum CutError {
         k: u32,
         /// [`Options::layers`].
         layers: u32,
+    },
+    /// What the DEM's files say of it is too long.
+    #[error("{bytes} bytes of source, licence and notice: expected at most {max}", max = Provenance::MAX_BYTES)]
+    Texts {
+        /// All three together.
+        bytes: usize,
     },
     /// The rows that were cut are not those that were scanned.
     #[error("the heights changed while they were cut; expected the same in both passes: cut them again")]
@@ -65,6 +71,7 @@ impl Scan {
             height_range_m: [f32::INFINITY, f32::NEG_INFINITY],
             streamed,
             heights_crc: 0,
+            provenance: Provenance::default(),
         };
         let formats = declared
             .into_iter()

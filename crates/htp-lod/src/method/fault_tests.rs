@@ -1,7 +1,7 @@
 //! Live loading from a source that fails in every way that files do: whatever arrives when, every frame is whole.
 
 use super::mesh_tests::assert_restricted;
-use super::stream_tests::terrain;
+use super::stream_tests::{sides, terrain};
 use super::*;
 use crate::cells::{CellSource, cut};
 use std::io::{Error, ErrorKind, Result as IoResult};
@@ -13,6 +13,8 @@ use terrain_core::{MeshMirror, SplitMix64};
 /// Bytes in memory that are read with faults drawn by lot: half of all reads once they are switched on.
 struct Faulty {
     bytes: Vec<u8>,
+    /// The byte after each level's records.
+    ends: Vec<u64>,
     seed: u64,
     reads: AtomicU64,
     /// Read number from which on there are faults.
@@ -24,7 +26,8 @@ struct Faulty {
 impl Faulty {
     fn new(bytes: Vec<u8>, seed: u64) -> Self {
         let from = AtomicU64::new(u64::MAX);
-        Self { bytes, seed, reads: AtomicU64::default(), from, faults: Default::default() }
+        let ends = CellFile::open(Arc::new(bytes.clone())).unwrap().0.level_ends();
+        Self { bytes, ends, seed, reads: AtomicU64::default(), from, faults: Default::default() }
     }
 
     fn fail(&self, kind: ErrorKind) -> IoResult<()> {
@@ -48,9 +51,9 @@ impl CellSource for Faulty {
             2 => return self.fail(ErrorKind::PermissionDenied),
             _ => {}
         }
-        // Records have equal lengths: the next one is another cell's, or the one before.
+        // Records of a level have equal lengths: the next one is another cell's, or the one before.
         let length = into.len() as u64;
-        let other = if at + length < self.bytes.len() as u64 { at + length } else { at - length };
+        let other = if self.ends.contains(&(at + length)) { at - length } else { at + length };
         self.bytes.read_at(if fault == 3 { other } else { at }, into)?;
         match fault {
             3 => _ = self.faults[2].fetch_add(1, Relaxed),
@@ -97,7 +100,8 @@ fn fly(heightmap: &Heightmap, options: Options, window: u32, seed: u64) -> [u64;
     let source = Arc::new(Faulty::new(cut(heightmap, &options), seed));
     let (file, resident) = CellFile::open(source.clone()).unwrap();
     source.from.store(0, Relaxed);
-    let mut method = Htp::stream_window(file, resident, options, window).unwrap();
+    let sides = sides(file.header(), window);
+    let mut method = Htp::stream_windows(file, resident, options, &sides).unwrap();
     method.set_culling(false);
     let mut mirror = MeshMirror::new(&method.buffers(), heightmap);
     let mut oracle = WatertightOracle::new(heightmap.columns(), heightmap.rows());
@@ -151,7 +155,8 @@ fn plans_that_wait_for_failing_cells_are_those_decided_anew() {
             let source = Arc::new(Faulty::new(cut(&heightmap, &options), seed));
             let (file, resident) = CellFile::open(source.clone()).unwrap();
             source.from.store(0, Relaxed);
-            Htp::stream_window(file, resident, options, window).unwrap()
+            let sides = sides(file.header(), window);
+            Htp::stream_windows(file, resident, options, &sides).unwrap()
         });
         let [mut plan, mut expected] = [FramePlan::default(), FramePlan::default()];
         // Six plans a view.
@@ -171,7 +176,7 @@ fn settle(method: &mut Htp, source: &Faulty, heightmap: &Heightmap, seed: u64) -
     let view = RandomWalk::new(seed, heightmap).next().unwrap();
     let mut plan = FramePlan::default();
     source.from.store(u64::MAX, Relaxed);
-    let is_complete = |method: &Htp| method.grid.window.inside().all(|cell| !method.grid.window.lacks(cell));
+    let is_complete = |method: &Htp| method.grid.window.inside().all(|sheet| !method.grid.window.lacks(sheet));
     // Retries are counted in plans.
     for _ in 0..100_000 {
         method.plan(&view, &mut plan);

@@ -3,7 +3,7 @@
 
 use super::bound_tests::largest_error_px;
 use super::*;
-use crate::cells::cut;
+use crate::cells::{CellsHeader, cut};
 use std::collections::BTreeSet;
 use terrain_core::error::ErrorOracle;
 use terrain_core::walk::RandomWalk;
@@ -16,11 +16,19 @@ pub(super) fn terrain(columns: u32, rows: u32, whole: bool) -> Arc<Heightmap> {
     Arc::new(Heightmap::new(columns, rows, [30.0, 25.0], heights_m.collect()).unwrap())
 }
 
-/// Loads blocking; a window of so many cells.
+/// Loads blocking; windows of about so many cells.
 pub(super) fn streamed(heightmap: &Heightmap, options: Options, window: u32) -> Htp {
     let options = Options { loading: Loading::Blocking, ..options };
     let (file, resident) = CellFile::open(Arc::new(cut(heightmap, &options))).unwrap();
-    Htp::stream_window(file, resident, options, window).unwrap()
+    let sides = sides(file.header(), window);
+    Htp::stream_windows(file, resident, options, &sides).unwrap()
+}
+
+/// Windows of so many cells or some more, of any size by level: that of a finer level may be the wider one. At most what
+/// the DEM has.
+pub(super) fn sides(header: &CellsHeader, window: u32) -> Vec<u32> {
+    let all = header.cells().into_iter().max().unwrap();
+    (0..header.streamed).map(|level| (window + [0, 3, 1][((level + window) % 3) as usize]).min(all)).collect()
 }
 
 pub(super) fn cells(heightmap: &Heightmap, options: &Options) -> u32 {

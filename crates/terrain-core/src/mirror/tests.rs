@@ -91,7 +91,8 @@ fn displaced_instances_are_clamped_to_the_rim() {
 fn heights_come_from_the_tiles_that_a_method_brings_along() {
     let dem = Heightmap::new(5, 3, [1.0; 2], (0..15).map(|i| 10.0 * i as f32).collect()).unwrap();
     let format = HeightFormat::U16 { scale_m: 10.0, offset_m: -30.0 };
-    let tiles = HeightTiles { format, samples: [5, 3], coarse_level: 1, coarse_step: 2, cell_side: 2, window: 2 };
+    let windows = [2, 0, 0, 0, 0, 0];
+    let tiles = HeightTiles { format, samples: [5, 3], k: 2, coarse_level: 1, cell_side: 2, windows };
     let (vertices, indices, instances) = (12, 12, 60);
     let sizes =
         BufferSizes { vertex_kind: VertexKind::Displaced, vertices, indices, instances, heights: Some(tiles), ..BAKED };
@@ -107,7 +108,7 @@ fn heights_come_from_the_tiles_that_a_method_brings_along() {
     let grid: Vec<u16> = [0, 2].into_iter().flat_map(|row| [0, 2, 4].map(|column| code(column, row))).collect();
     plan.upload(Buffer::Heights, 0, &grid);
     let tile: Vec<u16> = (0..3).flat_map(|row| [2, 3, 4].map(|column| code(column, row))).chain([0]).collect();
-    plan.upload(Buffer::Heights, 2 * tiles.tile([1, 0]), &tile);
+    plan.upload(Buffer::Heights, 2 * tiles.tile(0, [1, 0]), &tile);
     plan.draws.push(Draw { indices: 0..3, base_vertex: 0, instances: 0..2 });
     let mut mirror = MeshMirror::new(&sizes, &dem);
     assert_eq!(mirror.replay(&plan), Ok(true));

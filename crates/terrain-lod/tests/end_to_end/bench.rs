@@ -90,7 +90,9 @@ fn htp_flies_over_the_cells_of_the_file_that_it_is_given() {
     for column in ["triangles_mean", "upload_bytes_mean", "error_px_max", "resident_bytes", "cracks"] {
         assert_eq!(file[column], memory[column], "{column}");
     }
-    // With a byte of a cell changed, reads fail, coarser levels stand in, and the bench says so.
+    assert_eq!([&file["reads_failed"], &file["read_retries"]], ["0", "0"]);
+    assert!(file["cells_loaded"].parse::<u64>().unwrap() > 0 && memory["live_reads_failed"].is_empty());
+    // With a byte of a finest level changed.
     let cells = place.path().join("a.cells");
     let mut bytes = std::fs::read(&cells).unwrap();
     let last = bytes.len() - 9;
@@ -98,6 +100,36 @@ fn htp_flies_over_the_cells_of_the_file_that_it_is_given() {
     std::fs::write(&cells, bytes).unwrap();
     let refused = run("bench --no-gpu -m htp-instanced --layers 3 --window-mib 8 --dem a.cells --out broken");
     assert_eq!(refused.status.code(), Some(4), "the DEM itself is read from it, too");
+}
+
+/// The DEM itself is read from the finest level: a coarser one that is damaged does not keep the bench from flying.
+#[test]
+fn cells_that_cannot_be_read_are_told_and_counted() {
+    let place = tempfile::tempdir().unwrap();
+    let run = |line: &str| terrain_lod(place.path(), &line.split(' ').collect::<Vec<_>>());
+    assert!(run("dem synth a.png --size 193x160 --seed 3").status.success());
+    assert!(run("dem cells a.png a.cells --k 3 --layers 3").status.success());
+    let cells = place.path().join("a.cells");
+    let mut bytes = std::fs::read(&cells).unwrap();
+    let first = htp_lod::CellFile::open(std::sync::Arc::new(bytes.clone())).unwrap().0.resident_bytes() as usize;
+    bytes[first + 20] ^= 1;
+    std::fs::write(&cells, bytes).unwrap();
+    let line =
+        "bench --no-gpu --repeats 1 -m htp-instanced --frames 12 --layers 3 --window-mib 8 --dem a.cells --out all";
+    let output = run(line);
+    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(output.status.success(), "{said}");
+    let told = "cell (0, 0), level 1: damaged: level 1, cell (0, 0); expected bytes with their checksum: copy or cut it again; \
+                coarser levels stand in for it, and it is read again after 8 to 1024 plans, ever later";
+    // Once in the error pass, once in the speed pass.
+    assert_eq!(said.matches(told).count(), 2, "{said}");
+    let row = crate::program::read_rows(&place.path().join("all/summary.csv")).remove(0);
+    let counts = ["reads_failed", "read_retries", "cracks"].map(|column| row[column].as_str());
+    assert_eq!(counts, ["2", "1", "0"]);
+    let frames = std::fs::read_dir(place.path().join("all/frames")).unwrap().map(|entry| entry.unwrap().path());
+    let frames = frames.filter(|path| path.to_string_lossy().ends_with("-error.csv")).next().unwrap();
+    let last = crate::program::read_rows(&frames).pop().unwrap();
+    assert_eq!(["reads_failed", "read_retries", "cells_due"].map(|column| last[column].as_str()), ["2", "1", "0"]);
 }
 
 /// Found by a review: only the flight refused them, after everything was prepared.

@@ -57,6 +57,34 @@ fn cells_are_a_dem_with_the_heights_that_were_cut() {
 }
 
 #[test]
+fn cells_say_where_their_dem_comes_from() {
+    let place = folder();
+    let place = place.path();
+    let info = |dem: &str| run(place, &["dem", "info", dem]);
+    let sidecar = fs::read_to_string(place.join("a.toml")).unwrap();
+    fs::write(place.join("a.toml"), format!("{sidecar}licence = \"free\"\nnotice = \"measured by nobody\"\n")).unwrap();
+    cut(place, "a.png", "a.cells");
+    for line in ["licence  free", "notice   measured by nobody"] {
+        assert!(info("a.png").contains(line) && info("a.cells").contains(line), "{line}: {}", info("a.cells"));
+    }
+    assert!(
+        info("a.png")
+            .lines()
+            .filter(|line| line.contains("source "))
+            .eq(info("a.cells").lines().filter(|line| line.contains("source ")))
+    );
+    // Cells that are cut of cells keep it; a flag takes its place.
+    cut(place, "a.cells", "b.cells");
+    assert!(info("b.cells").contains("licence  free"));
+    run(place, &["dem", "cells", "a.png", "b.cells", "--layers", "3", "--notice", "another"]);
+    assert!(info("b.cells").contains("notice   another"));
+    let long = "n".repeat(65_536);
+    let refused = refused(terrain_lod(place, &["dem", "cells", "a.png", "b.cells", "--notice", &long]));
+    let expected = "bytes of source, licence and notice: expected at most 65536";
+    assert!(refused.0 == 2 && refused.1.ends_with(expected), "{refused:?}");
+}
+
+#[test]
 fn one_line_says_what_was_cut() {
     let place = folder();
     let line = cut(place.path(), "a.png", "a.cells");
@@ -105,7 +133,7 @@ fn a_cut_that_was_ended_goes_on() {
     // The last two rows of cells are missing.
     let mut ended = whole.clone();
     let end = ended.len();
-    ended[end * 6 / 10..].fill(0);
+    ended[end * 7 / 10..].fill(0);
     fs::write(&partial, ended).unwrap();
     let line = cut(place, "a.png", "a.cells");
     assert!(line.ends_with(", 2 of 4 rows of cells were there\n"), "{line}");
@@ -150,7 +178,7 @@ fn damaged_cells_are_refused_in_one_line() {
     let mut changed = whole.clone();
     *changed.last_mut().unwrap() ^= 1;
     let expected =
-        "error: a.cells: damaged: cells, cell (4, 3); expected bytes with their checksum: copy or cut it again";
+        "error: a.cells: damaged: level 0, cell (4, 3); expected bytes with their checksum: copy or cut it again";
     assert_eq!(load(&changed), (4, expected.to_owned()));
     let (all, short) = (whole.len(), whole.len() - 1);
     let expected = format!("error: a.cells: {short} bytes; expected {all} by the file's header: copy or cut it again");

@@ -132,14 +132,16 @@ pub fn coarse_grid(heightmap: &Heightmap, quads: u16, step: i16) -> Mesh {
     Mesh { sizes, plan }
 }
 
-/// The same mesh with heights of its own, in tiles of 8 x 8 quads. Of a coarse mesh all levels read the coarse grid; of
-/// the others all read the tiles. The window holds all 8 x 6 cells of [`hills`].
+/// The same mesh with heights of its own, in tiles of cells of 8 x 8 quads. Of a coarse mesh, with steps of 4, levels 0 and
+/// 1 read tiles of 1 and 2, all others the coarse grid of 4; elsewhere all read every sample, levels 0 to 5 from tiles.
+/// The windows hold all 8 x 6 cells of [`hills`].
 pub fn tiled(heightmap: &Heightmap, mesh: &Mesh, format: HeightFormat, coarse: bool) -> Mesh {
     let samples = [heightmap.columns(), heightmap.rows()];
-    let coarse_level = if coarse { 0 } else { 16 };
-    let tiles = HeightTiles { format, samples, coarse_level, coarse_step: 2, cell_side: 8, window: 8 };
+    let (k, coarse_level) = if coarse { (2, 2) } else { (1, 6) };
+    let windows = std::array::from_fn(|level| if level < coarse_level { 8 } else { 0 });
+    let tiles = HeightTiles { format, samples, k, coarse_level: coarse_level as u32, cell_side: 8, windows };
     let mut plan = mesh.plan.clone();
-    let code = |column: u32, row: u32| {
+    let code = &|column: u32, row: u32| {
         let at = Sample { column: column.min(samples[0] - 1), row: row.min(samples[1] - 1) };
         let height_m = heightmap.height_m(at);
         match format {
@@ -156,10 +158,13 @@ pub fn tiled(heightmap: &Heightmap, mesh: &Mesh, format: HeightFormat, coarse: b
         plan.upload(Buffer::Heights, first * format.bytes(), &codes);
     };
     let [columns, rows] = tiles.coarse_size();
-    send(0, (0..rows).flat_map(|row| (0..columns).flat_map(move |column| code(2 * column, 2 * row))).collect());
-    for [column, row] in (0..6).flat_map(|row| (0..8).map(move |column| [column, row])) {
-        let samples = (8 * row..=8 * row + 8).flat_map(|row| (8 * column..=8 * column + 8).map(move |at| (at, row)));
-        send(tiles.tile([column, row]), samples.flat_map(|(column, row)| code(column, row)).collect());
+    let step = tiles.coarse_step();
+    send(0, (0..rows).flat_map(|row| (0..columns).flat_map(move |column| code(step * column, step * row))).collect());
+    let cells = || (0..6).flat_map(|row| (0..8).map(move |column| [column, row]));
+    for (level, cell) in (0..tiles.coarse_level).flat_map(|level| cells().map(move |cell| (level, cell))) {
+        let along = |axis: usize| (8 * cell[axis]..=8 * cell[axis] + 8).step_by(tiles.step(level) as usize);
+        let samples = along(1).flat_map(|row| along(0).map(move |column| (column, row)));
+        send(tiles.tile(level, cell), samples.flat_map(|(column, row)| code(column, row)).collect());
     }
     Mesh { sizes: BufferSizes { heights: Some(tiles), ..mesh.sizes }, plan }
 }
