@@ -65,7 +65,7 @@ pub(crate) struct Failures {
     /// Reads of sheets that had failed before.
     pub retries: u64,
     failed: BTreeMap<Sheet, Failed>,
-    /// Plans in which sheets are to be tried again, each after the last list was made.
+    /// Plans from which on sheets are to be tried again, those that were asked about left out.
     due: BTreeSet<u64>,
     /// Sheets and kinds that were told of.
     told: BTreeSet<(Sheet, Kind)>,
