@@ -2,8 +2,9 @@
 //!
 //! The error of a sample is vertical: |mesh - DEM| in metres at the sample, and the same in pixels twice: projected by
 //! [`View::pixels`] at the sample's distance from the eye, and as the [displacement](View::displacement_px) of the mesh's
-//! point from the sample on the screen. What hides behind a ridge counts as well. What the change of the mesh does to
-//! the picture is in [`popping`](crate::popping).
+//! point from the sample on the screen. What hides behind a ridge counts as well. A [void](Heightmap::voids) has no height
+//! to be wrong about: such samples are counted and not measured. What the change of the mesh does to the picture is in
+//! [`popping`](crate::popping).
 
 use glam::DVec3;
 
@@ -42,7 +43,7 @@ impl<'a> ErrorOracle<'a> {
         }
     }
 
-    /// |mesh - DEM| in metres, one a sample, row by row; NaN where no triangle covers the sample.
+    /// |mesh - DEM| in metres, one a sample, voids included, row by row; NaN where no triangle covers the sample.
     pub fn deviations_m(&self) -> impl ExactSizeIterator<Item = f32> {
         self.signed_m.iter().map(|signed_m| signed_m.abs())
     }
@@ -68,7 +69,10 @@ impl<'a> ErrorOracle<'a> {
         self.for_each_in_view(view, |index, world| {
             let signed_m = self.signed_m[index];
             if signed_m.is_nan() {
+                // The mesh is whole, voids or not.
                 errors.uncovered += 1;
+            } else if self.is_void(index) {
+                errors.voids += 1;
             } else if signed_m == 0.0 {
                 errors.add(0.0, 0.0, 0.0);
             } else {
@@ -81,19 +85,23 @@ impl<'a> ErrorOracle<'a> {
     }
 
     /// Adds to `popping` what the last [`Self::set_mesh`] has changed at the samples inside the view's frustum, both
-    /// meshes seen in this view. A sample that one of them does not cover does not count.
+    /// meshes seen in this view. A void does not count, nor does a sample that one of them does not cover.
     pub fn measure_popping(&self, view: &View, popping: &mut Popping) {
         self.for_each_in_view(view, |index, world| {
             let (now_m, before_m) = (self.signed_m[index], self.signed_before_m[index]);
             let change_m = (now_m - before_m).abs();
             // Of NaN that is not true.
-            if change_m > 0.0 {
+            if change_m > 0.0 && !self.is_void(index) {
                 let px = view.pixels(change_m as f64, world.distance(view.eye_world));
                 let point_before = DVec3 { y: world.y + before_m as f64, ..world };
                 let displacement_px = view.displacement_px(point_before, (now_m - before_m) as f64);
                 popping.add(px as f32, displacement_px as f32);
             }
         });
+    }
+
+    fn is_void(&self, index: usize) -> bool {
+        self.heightmap.voids().is_some_and(|voids| voids.has(index))
     }
 
     /// Calls `visit` with the index and the position of every sample inside the view's frustum, row by row.
@@ -166,6 +174,7 @@ pub struct ErrorDistribution {
     errors: PixelHistogram,
     displacements: PixelHistogram,
     uncovered: u64,
+    voids: u64,
     max_m: f32,
     sum_of_squares_px: f64,
     /// Tolerances in pixels, and how many errors are above each.
@@ -179,6 +188,7 @@ impl ErrorDistribution {
             errors: PixelHistogram::default(),
             displacements: PixelHistogram::default(),
             uncovered: 0,
+            voids: 0,
             max_m: 0.0,
             sum_of_squares_px: 0.0,
             over: tolerances_px.iter().map(|tolerance| (*tolerance, 0)).collect(),
@@ -201,6 +211,7 @@ impl ErrorDistribution {
         self.errors.merge(&other.errors);
         self.displacements.merge(&other.displacements);
         self.uncovered += other.uncovered;
+        self.voids += other.voids;
         self.max_m = self.max_m.max(other.max_m);
         self.sum_of_squares_px += other.sum_of_squares_px;
         for (ours, theirs) in self.over.iter_mut().zip(&other.over) {
@@ -213,7 +224,7 @@ impl ErrorDistribution {
     pub fn clear(&mut self) {
         self.errors.clear();
         self.displacements.clear();
-        (self.uncovered, self.max_m, self.sum_of_squares_px) = (0, 0.0, 0.0);
+        (self.uncovered, self.voids, self.max_m, self.sum_of_squares_px) = (0, 0, 0.0, 0.0);
         self.over.iter_mut().for_each(|(_, count)| *count = 0);
     }
 
@@ -225,6 +236,11 @@ impl ErrorDistribution {
     /// Samples in view that no triangle covers.
     pub fn uncovered(&self) -> u64 {
         self.uncovered
+    }
+
+    /// Voids in view, which are not measured.
+    pub fn voids(&self) -> u64 {
+        self.voids
     }
 
     /// Largest error in pixels.
@@ -263,7 +279,7 @@ pub(crate) mod fans;
 
 #[cfg(test)]
 mod tests {
-    use super::fans::{brute_force_m, fan, is_seen, on_screen_px, rough_dem, samples, view};
+    use super::fans::{brute_force_m, fan, is_seen, on_screen_px, rough_dem, samples, view, with_voids};
     use super::*;
     use crate::SplitMix64;
 
@@ -328,6 +344,47 @@ mod tests {
             assert_eq!(errors.samples(), expected_px(&dem, &mesh, &view).len() as u64, "seed {seed}");
             assert_eq!(errors.uncovered() + errors.samples(), expected.len() as u64, "seed {seed}");
         }
+    }
+
+    #[test]
+    fn voids_are_counted_and_not_measured() {
+        let mut measured = 0;
+        for seed in 0..40 {
+            let ((dem, is_void), view) = (with_voids(rough_dem(seed), seed), view(seed));
+            let mut mesh = fan(&dem, 4, 3);
+            // A sample that nothing covers is a hole in the mesh, void or not.
+            mesh.truncate(if seed % 4 == 0 { 3 } else { 4 });
+            let mut oracle = ErrorOracle::new(&dem);
+            oracle.set_mesh(&mesh);
+            let mut errors = ErrorDistribution::new(&[5.0]);
+            oracle.measure(&view, &mut errors);
+
+            let (mut expected, mut voids, mut uncovered) = (Vec::new(), 0, 0);
+            for (at, is_void) in samples().zip(is_void).filter(|(at, _)| is_seen(&view, dem.world(*at).into())) {
+                match brute_force_m(&dem, &mesh, at) {
+                    None => uncovered += 1,
+                    Some(_) if is_void => voids += 1,
+                    Some(mesh_m) => {
+                        let sample = DVec3::from(dem.world(at));
+                        expected.push(view.pixels((mesh_m - sample.y).abs(), sample.distance(view.eye_world)));
+                    }
+                }
+            }
+            let worst_px = expected.iter().copied().fold(0.0, f64::max);
+            let over = expected.iter().filter(|px| **px > 5.0).count() as f64 / expected.len() as f64;
+            assert_eq!(
+                [errors.samples(), errors.voids(), errors.uncovered()],
+                [expected.len() as u64, voids, uncovered]
+            );
+            assert!((errors.max_px() as f64 - worst_px).abs() < 1e-4 && errors.over_share(0) == over, "seed {seed}");
+            let mut twice = errors.clone();
+            twice.merge(&errors);
+            assert_eq!([twice.samples(), twice.voids()], [2 * errors.samples(), 2 * voids]);
+            twice.clear();
+            assert_eq!(twice.voids(), 0);
+            measured += (voids > 0) as u32;
+        }
+        assert!(measured > 30, "views with voids: {measured}");
     }
 
     /// The camera is level, so that the vertical is parallel to the picture, and the peak stands at its rim.

@@ -1,6 +1,8 @@
 //! The DEM in memory: a regular grid of samples.
 
-use crate::Sample;
+use std::sync::Arc;
+
+use crate::{Sample, VoidMask};
 
 /// A grid of height samples in metres, row by row, the northern row first.
 ///
@@ -11,6 +13,7 @@ pub struct Heightmap {
     rows: u32,
     spacing_m: [f64; 2],
     heights_m: Vec<f32>,
+    voids: Option<Arc<VoidMask>>,
 }
 
 /// Why a grid of numbers is no heightmap.
@@ -45,6 +48,14 @@ pub enum HeightmapError {
         /// The offending value.
         height_m: f32,
     },
+    /// A void mask of another grid.
+    #[error("a void mask of {} x {} samples for a grid of {} x {}", .mask[0], .mask[1], .grid[0], .grid[1])]
+    Voids {
+        /// Columns and rows of the mask.
+        mask: [u32; 2],
+        /// Columns and rows of the grid.
+        grid: [u32; 2],
+    },
 }
 
 impl Heightmap {
@@ -68,7 +79,17 @@ impl Heightmap {
             let (column, row) = (i as u32 % columns, i as u32 / columns);
             return Err(HeightmapError::Height { column, row, height_m: heights_m[i] });
         }
-        Ok(Self { columns, rows, spacing_m, heights_m })
+        Ok(Self { columns, rows, spacing_m, heights_m, voids: None })
+    }
+
+    /// Declares samples to be voids: nobody measured the heights that they hold. Meshes are built on these heights as on
+    /// any others; what is drawn, measured or exported leaves the voids out. A mask without voids is none.
+    pub fn with_voids(self, voids: Arc<VoidMask>) -> Result<Self, HeightmapError> {
+        let (mask, grid) = ([voids.columns(), voids.rows()], [self.columns, self.rows]);
+        if mask != grid {
+            return Err(HeightmapError::Voids { mask, grid });
+        }
+        Ok(Self { voids: Some(voids).filter(|voids| voids.count() > 0), ..self })
     }
 
     /// Samples along x (west to east).
@@ -89,6 +110,11 @@ impl Heightmap {
     /// All heights in metres, row by row.
     pub fn heights_m(&self) -> &[f32] {
         &self.heights_m
+    }
+
+    /// The samples that are voids, if any.
+    pub fn voids(&self) -> Option<&VoidMask> {
+        self.voids.as_deref()
     }
 
     /// Extent in x and z in metres: first sample to last.
@@ -191,6 +217,18 @@ mod tests {
         assert_eq!(refuse(2, 2, [0.0, 1.0], vec![0.0; 4]), "spacing 0 x 1 m: expected two positive, finite numbers");
         let nan = vec![0.0, 0.0, f32::NAN, 0.0];
         assert_eq!(refuse(2, 2, [1.0; 2], nan), "height NaN at column 0, row 1: expected a finite number");
+    }
+
+    #[test]
+    fn voids_are_those_of_the_grid() {
+        let mask = |columns, flags: &[bool]| Arc::new(VoidMask::of_flags(columns, flags));
+        let mut flags = [false; 20];
+        assert_eq!(ramp().with_voids(mask(5, &flags)).unwrap(), ramp(), "no voids, no mask");
+        flags[7] = true;
+        let refused = ramp().with_voids(mask(4, &flags)).unwrap_err().to_string();
+        assert_eq!(refused, "a void mask of 4 x 5 samples for a grid of 5 x 4");
+        let marked = ramp().with_voids(mask(5, &flags)).unwrap();
+        assert!(marked.voids().is_some_and(|voids| voids.is_void(2, 1)) && marked.heights_m() == ramp().heights_m());
     }
 
     #[test]

@@ -22,6 +22,7 @@ pub mod source;
 mod stats;
 mod vertex;
 mod view;
+mod voids;
 pub mod walk;
 pub mod watertight;
 
@@ -39,3 +40,4 @@ pub use random::SplitMix64;
 pub use stats::{FrameStats, triangles_by_level};
 pub use vertex::{BakedVertex, LocalVertex, PatchInstance, Sample};
 pub use view::{Aabb, Camera, Lens, Unprojection, View, ViewError};
+pub use voids::{VoidMask, VoidQuads};

@@ -2,13 +2,21 @@
 
 use glam::{DVec2, DVec3, DVec4};
 
-use crate::{Camera, Heightmap, Lens, Sample, SplitMix64, Triangle, View};
+use crate::{Camera, Heightmap, Lens, Sample, SplitMix64, Triangle, View, VoidMask};
 
 /// 9 x 7 samples of up to 50 m.
 pub fn rough_dem(seed: u64) -> Heightmap {
     let mut random = SplitMix64::new(seed);
     let heights = (0..9 * 7).map(|_| random.range(0.0, 50.0) as f32).collect();
     Heightmap::new(9, 7, [10.0, 12.0], heights).unwrap()
+}
+
+/// The same DEM with a third of its samples, or so, declared voids; and a flag for each.
+pub fn with_voids(dem: Heightmap, seed: u64) -> (Heightmap, Vec<bool>) {
+    let mut random = SplitMix64::new(seed);
+    let flags: Vec<bool> = dem.heights_m().iter().map(|_| random.below(3) == 0).collect();
+    let mask = VoidMask::of_flags(dem.columns(), &flags);
+    (dem.with_voids(mask.into()).unwrap(), flags)
 }
 
 /// The whole DEM as fans around one inner sample.
