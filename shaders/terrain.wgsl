@@ -1,5 +1,5 @@
 // Terrain from either vertex kind: a vertex entry point for each source of heights, one fragment stage, and one for the
-// wireframe.
+// wireframe; both again for DEMs with voids.
 //
 // World axes: x east, y up, z south, in metres. Positions are relative to the eye.
 // Depth is reversed: 1 at the near plane, 0 at infinity.
@@ -39,6 +39,8 @@ const NORMALS_PER_TRIANGLE = 2u;
 @group(0) @binding(1) var heights: texture_2d<f32>;
 @group(0) @binding(2) var normals: texture_2d<f32>;
 @group(0) @binding(3) var bilinear: sampler;
+// `VoidQuads`; bound where the DEM has voids.
+@group(0) @binding(4) var void_quads: texture_2d<u32>;
 
 struct Corner {
     @builtin(position) @invariant position_clip: vec4<f32>,
@@ -298,9 +300,36 @@ fn hazed(colour: vec3<f32>, position_eye: vec3<f32>) -> vec4<f32> {
     return vec4<f32>(mix(colour, frame.haze_colour, haze(position_eye)), 1.0);
 }
 
+fn terrain_colour(in: Corner) -> vec4<f32> {
+    return hazed(lit(in, unit_normal(in)), in.position_eye);
+}
+
 @fragment
 fn fragment_terrain(in: Corner) -> @location(0) vec4<f32> {
-    return hazed(lit(in, unit_normal(in)), in.position_eye);
+    return terrain_colour(in);
+}
+
+// ---- voids -----------------------------------------------------------------------------------------------------------
+
+// Whether the quad at or under a point is void: 32 quads a texel, a row of quads from a texel of its own on. Only what is
+// left of the quad's number beside the eye's is a float, so that it is exact near the eye.
+fn is_void(position_eye: vec3<f32>) -> bool {
+    let from_eye = vec2<i32>(floor((position_eye.xz + frame.eye_remainder_m) / frame.spacing_m));
+    let quad = vec2<u32>(clamp(frame.eye_sample + from_eye, vec2<i32>(0), frame.last_sample - 1));
+    let texel = quad.y * ((u32(frame.last_sample.x) + 31u) / 32u) + quad.x / 32u;
+    let width = textureDimensions(void_quads).x;
+    let bits = textureLoad(void_quads, vec2<u32>(texel % width, texel / width), 0).r;
+    return ((bits >> (quad.x % 32u)) & 1u) == 1u;
+}
+
+// The colour comes first: slopes between pixels need all of them.
+@fragment
+fn fragment_terrain_with_voids(in: Corner) -> @location(0) vec4<f32> {
+    let colour = terrain_colour(in);
+    if is_void(in.position_eye) {
+        discard;
+    }
+    return colour;
 }
 
 // ---- wireframe -------------------------------------------------------------------------------------------------------
@@ -315,9 +344,22 @@ fn line_gap_px(position_eye: vec3<f32>, normal: vec3<f32>) -> f32 {
 
 // Lines fade into the terrain where they would merge into a black mass. The blending takes the darker of the line and
 // what is there already, so that it does not matter which line is drawn first.
-@fragment
-fn fragment_wireframe(in: Corner) -> @location(0) vec4<f32> {
+fn line_colour(in: Corner) -> vec4<f32> {
     let normal = unit_normal(in);
     let opacity = 0.75 * smoothstep(0.4, 3.0, line_gap_px(in.position_eye, normal));
     return hazed(mix(lit(in, normal), vec3<f32>(0.012, 0.018, 0.035), opacity), in.position_eye);
+}
+
+@fragment
+fn fragment_wireframe(in: Corner) -> @location(0) vec4<f32> {
+    return line_colour(in);
+}
+
+@fragment
+fn fragment_wireframe_with_voids(in: Corner) -> @location(0) vec4<f32> {
+    let colour = line_colour(in);
+    if is_void(in.position_eye) {
+        discard;
+    }
+    return colour;
 }

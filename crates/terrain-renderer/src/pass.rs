@@ -54,8 +54,8 @@ impl TerrainPass {
         colour_format: TextureFormat,
         submission: Submission,
     ) -> Result<Self, RenderError> {
-        let binding_layout = binding_layout(&gpu.device);
-        let factory = PipelineFactory::new(gpu, &binding_layout, colour_format);
+        let binding_layout = binding_layout(&gpu.device, &scene);
+        let factory = PipelineFactory::new(gpu, &binding_layout, colour_format, scene.void_quads().is_some());
         let pass = Self {
             baked: factory.pipelines(HeightSource::Vertex),
             displaced: factory.pipelines(HeightSource::Scene),

@@ -7,6 +7,7 @@
 //! | morphed | `vertex_morphed` | `fragment_terrain` | tested and written |
 //! | tiled | `vertex_tiled` | `fragment_terrain` | tested and written |
 //! | the same as lines | the same | `fragment_wireframe` | a little nearer, tested |
+//! | each of these over voids | the same | the same `.._with_voids` | the same, but not before the fragments |
 
 use terrain_core::{BakedVertex, LocalVertex, PatchInstance};
 use wgpu::{ShaderStages, TextureFormat, VertexStepMode, vertex_attr_array};
@@ -37,11 +38,11 @@ pub(crate) struct Pipelines {
     pub(crate) lines: Option<wgpu::RenderPipeline>,
 }
 
-/// Group 0 of the shader: uniforms, heights, normals, and the sampler of the normals.
-pub(crate) fn binding_layout(device: &wgpu::Device) -> wgpu::BindGroupLayout {
+/// Group 0 of the shader: uniforms, heights, normals, the sampler of the normals, and the void quads where there are any.
+pub(crate) fn binding_layout(device: &wgpu::Device, scene: &Scene) -> wgpu::BindGroupLayout {
     let entry = |binding, visibility, ty| wgpu::BindGroupLayoutEntry { binding, visibility, ty, count: None };
-    let texture = |filterable| wgpu::BindingType::Texture {
-        sample_type: wgpu::TextureSampleType::Float { filterable },
+    let texture = |sample_type| wgpu::BindingType::Texture {
+        sample_type,
         view_dimension: wgpu::TextureViewDimension::D2,
         multisampled: false,
     };
@@ -50,15 +51,16 @@ pub(crate) fn binding_layout(device: &wgpu::Device) -> wgpu::BindGroupLayout {
         has_dynamic_offset: false,
         min_binding_size: wgpu::BufferSize::new(size_of::<FrameUniforms>() as u64),
     };
-    device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
-        label: Some("terrain"),
-        entries: &[
-            entry(0, ShaderStages::VERTEX_FRAGMENT, uniforms),
-            entry(1, ShaderStages::VERTEX, texture(false)),
-            entry(2, ShaderStages::VERTEX_FRAGMENT, texture(true)),
-            entry(3, ShaderStages::FRAGMENT, wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering)),
-        ],
-    })
+    let float = |filterable| texture(wgpu::TextureSampleType::Float { filterable });
+    let mut entries = vec![
+        entry(0, ShaderStages::VERTEX_FRAGMENT, uniforms),
+        entry(1, ShaderStages::VERTEX, float(false)),
+        entry(2, ShaderStages::VERTEX_FRAGMENT, float(true)),
+        entry(3, ShaderStages::FRAGMENT, wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering)),
+    ];
+    let void_quads = || entry(4, ShaderStages::FRAGMENT, texture(wgpu::TextureSampleType::Uint));
+    entries.extend(scene.void_quads().map(|_| void_quads()));
+    device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: Some("terrain"), entries: &entries })
 }
 
 pub(crate) fn bindings(
@@ -74,16 +76,14 @@ pub(crate) fn bindings(
         ..Default::default()
     });
     let entry = |binding, resource| wgpu::BindGroupEntry { binding, resource };
-    device.create_bind_group(&wgpu::BindGroupDescriptor {
-        label: Some("terrain"),
-        layout,
-        entries: &[
-            entry(0, uniforms.as_entire_binding()),
-            entry(1, wgpu::BindingResource::TextureView(scene.heights())),
-            entry(2, wgpu::BindingResource::TextureView(scene.normals())),
-            entry(3, wgpu::BindingResource::Sampler(&bilinear)),
-        ],
-    })
+    let mut entries = vec![
+        entry(0, uniforms.as_entire_binding()),
+        entry(1, wgpu::BindingResource::TextureView(scene.heights())),
+        entry(2, wgpu::BindingResource::TextureView(scene.normals())),
+        entry(3, wgpu::BindingResource::Sampler(&bilinear)),
+    ];
+    entries.extend(scene.void_quads().map(|quads| entry(4, wgpu::BindingResource::TextureView(quads))));
+    device.create_bind_group(&wgpu::BindGroupDescriptor { label: Some("terrain"), layout, entries: &entries })
 }
 
 /// The darker of two colours, channel by channel: the order of drawing leaves no trace. (Maximum of alpha, so that a
@@ -117,10 +117,16 @@ pub(crate) struct PipelineFactory<'a> {
     /// Without and with the group of the height tiles.
     layouts: [wgpu::PipelineLayout; 2],
     colour_format: TextureFormat,
+    has_voids: bool,
 }
 
 impl<'a> PipelineFactory<'a> {
-    pub(crate) fn new(gpu: &'a Gpu, binding_layout: &wgpu::BindGroupLayout, colour_format: TextureFormat) -> Self {
+    pub(crate) fn new(
+        gpu: &'a Gpu,
+        binding_layout: &wgpu::BindGroupLayout,
+        colour_format: TextureFormat,
+        has_voids: bool,
+    ) -> Self {
         let shader = gpu.device.create_shader_module(wgpu::ShaderModuleDescriptor {
             label: Some("terrain.wgsl"),
             source: wgpu::ShaderSource::Wgsl(SHADER.into()),
@@ -132,7 +138,7 @@ impl<'a> PipelineFactory<'a> {
         };
         let tiles = tile_layout(&gpu.device);
         let layouts = [layout(&[Some(binding_layout)]), layout(&[Some(binding_layout), Some(&tiles)])];
-        Self { gpu, shader, layouts, colour_format }
+        Self { gpu, shader, layouts, colour_format, has_voids }
     }
 
     pub(crate) fn pipelines(&self, source: HeightSource) -> Pipelines {
@@ -143,7 +149,12 @@ impl<'a> PipelineFactory<'a> {
 
     fn pipeline(&self, source: HeightSource, polygon_mode: wgpu::PolygonMode) -> wgpu::RenderPipeline {
         let as_lines = polygon_mode == wgpu::PolygonMode::Line;
-        let fragment = if as_lines { "fragment_wireframe" } else { "fragment_terrain" };
+        let fragment = match (as_lines, self.has_voids) {
+            (false, false) => "fragment_terrain",
+            (false, true) => "fragment_terrain_with_voids",
+            (true, false) => "fragment_wireframe",
+            (true, true) => "fragment_wireframe_with_voids",
+        };
         let target = wgpu::ColorTargetState {
             format: self.colour_format,
             blend: as_lines.then_some(DARKER),

@@ -1,10 +1,13 @@
 //! The DEM on the GPU: a height and a normal for every sample, made once and used by every method. Or no more than its
 //! extent, for a DEM that is larger than the adapter's textures, or not in memory.
 
-use terrain_core::{Heightmap, Sample};
+use terrain_core::{Heightmap, Sample, VoidMask, VoidQuads};
 use wgpu::{TextureFormat, TextureUsages};
 
 use crate::{Gpu, RenderError};
+
+/// Texels in a row of the void quads' texture; that of 23,170 x 23,170 samples has 8,202 rows then.
+const VOID_TEXELS: usize = 2048;
 
 /// The textures of one heightmap and what a frame's uniforms need to know of it.
 #[derive(Clone, Debug)]
@@ -16,10 +19,12 @@ pub struct Scene {
     has_heights: bool,
     heights: wgpu::TextureView,
     normals: wgpu::TextureView,
+    void_quads: Option<wgpu::TextureView>,
 }
 
 impl Scene {
-    /// Uploads heights and normals; refuses a DEM that is wider or longer than the adapter's textures.
+    /// Uploads heights, normals, and which quads are void if any are; refuses a DEM that is wider or longer than the
+    /// adapter's textures.
     pub fn new(gpu: &Gpu, heightmap: &Heightmap) -> Result<Self, RenderError> {
         let size_samples = [heightmap.columns(), heightmap.rows()];
         let limit = gpu.device.limits().max_texture_dimension_2d;
@@ -36,9 +41,13 @@ impl Scene {
             has_heights: true,
             heights: texture(gpu, "heights", TextureFormat::R32Float, size_samples, heightmap.heights_m()),
             normals: texture(gpu, "normals", TextureFormat::Rg16Float, size_samples, &normals),
+            void_quads: None,
         };
         gpu.check()?; // out of memory, for one
-        Ok(scene)
+        match heightmap.voids() {
+            Some(voids) => scene.with_voids(gpu, voids),
+            None => Ok(scene),
+        }
     }
 
     /// A scene without heights and normals: for methods that bring their heights along, and for baked vertices. The
@@ -57,14 +66,39 @@ impl Scene {
             has_heights: false,
             heights: texture(gpu, "no heights", TextureFormat::R32Float, [1; 2], &[0.0_f32]),
             normals: texture(gpu, "no normals", TextureFormat::Rg16Float, [1; 2], &[[0_u16; 2]]),
+            void_quads: None,
         };
         gpu.check()?;
         Ok(scene)
     }
 
+    /// Leaves the void quads undrawn, whatever mesh lies over them. Its pipelines can no longer test depth before they
+    /// shade, so a DEM without voids is better off without.
+    pub fn with_voids(self, gpu: &Gpu, voids: &VoidMask) -> Result<Self, RenderError> {
+        assert_eq!([voids.columns(), voids.rows()], self.size_samples, "a void mask of another DEM");
+        let mut words = VoidQuads::of(voids).words().to_vec();
+        // One row of texels after the other is filled: a DEM may have more rows than a texture.
+        let width = words.len().min(VOID_TEXELS);
+        let height = words.len().div_ceil(width);
+        words.resize(width * height, 0);
+        let size = [width as u32, height as u32];
+        let limit = gpu.device.limits().max_texture_dimension_2d;
+        if size.iter().any(|side| *side > limit) {
+            return Err(RenderError::TextureTooLarge { what: "void mask", size, limit });
+        }
+        let void_quads = Some(texture(gpu, "void quads", TextureFormat::R32Uint, size, &words));
+        gpu.check()?;
+        Ok(Self { void_quads, ..self })
+    }
+
     /// Whether there is more than placeholders.
     pub(crate) fn has_heights(&self) -> bool {
         self.has_heights
+    }
+
+    /// A bit a quad, 32 quads a texel; `None` where no quad is void.
+    pub(crate) fn void_quads(&self) -> Option<&wgpu::TextureView> {
+        self.void_quads.as_ref()
     }
 
     pub(crate) fn size_samples(&self) -> [u32; 2] {
