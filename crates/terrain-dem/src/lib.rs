@@ -19,8 +19,8 @@
 //!
 //! Reading goes in three steps: `formats` finds the decoder and reads the header, which must agree with the file's length
 //! before anything is allocated for it; the decoder puts its samples row by row into a `raster::Heights`; `load` turns
-//! these into a [`Dem`], its voids filled. [`open_rows`] hands the rows on instead of keeping them: for DEMs that are larger
-//! than memory.
+//! these into a [`Dem`], its voids filled and marked. [`open_rows`] hands the rows on instead of keeping them: for DEMs that
+//! are larger than memory.
 
 mod atomic;
 mod error;
@@ -51,7 +51,7 @@ pub use mesh_file::{Mesh, MeshFormat};
 pub use options::{ColourCode, HeightUnit, RawLayout, ReadOptions, VoidPolicy};
 pub use part::Crop;
 pub use rows::{DemRows, open_rows};
-pub use voids::VoidMask;
+pub use terrain_core::VoidMask;
 
 use input::Input;
 use sidecar::Sidecar;
@@ -79,7 +79,8 @@ pub struct Dem {
     pub licence: Option<String>,
     /// What its owner wants to be shown with it.
     pub notice: Option<String>,
-    /// Which samples had no height, and hold one from their rim; `None` where all had one.
+    /// Which samples had no height, and hold one from their rim; `None` where all had one. The heightmap has them as its
+    /// [voids](Heightmap::voids), unless they count as filled.
     pub voids: Option<Arc<VoidMask>>,
     /// What the file was taken for.
     pub reading: Reading,

@@ -163,7 +163,15 @@ fn whole(name: String, input: Input, sidecar: Sidecar, options: &ReadOptions) ->
     let Sidecar { source, licence, notice, .. } = sidecar;
     let (heightmap, voids) = (Arc::new(heightmap), mask.map(Arc::new));
     let whole = Dem { name, heightmap, source, licence, notice, voids, reading };
-    Ok(part(whole, options.crop, options.thin.unwrap_or(1))?)
+    Ok(with_holes(part(whole, options.crop, options.thin.unwrap_or(1))?, options.voids))
+}
+
+/// Tells the heightmap which of its samples are voids, unless the fill counts. Comes last: every step before has a heightmap
+/// of its own.
+fn with_holes(dem: Dem, policy: VoidPolicy) -> Dem {
+    let Some(voids) = dem.voids.clone().filter(|_| policy == VoidPolicy::Hole) else { return dem };
+    let heightmap = Arc::unwrap_or_clone(dem.heightmap).with_voids(voids).expect("the mask is that of the same grid");
+    Dem { heightmap: Arc::new(heightmap), ..dem }
 }
 
 fn check_band(facts: &Facts, options: &ReadOptions) -> Result<(), String> {
@@ -225,7 +233,7 @@ fn meaning(facts: &Facts, sidecar: &Sidecar, options: &ReadOptions) -> Result<Me
     Ok(Meaning { scale, offset_m, nodata, undeclared })
 }
 
-/// Finds the voids, and fills or refuses them.
+/// Finds the voids, and fills or refuses them. Holes are filled, too: meshes pass through the fill.
 fn settle_voids(
     facts: &mut Facts,
     meaning: Meaning,
@@ -249,9 +257,13 @@ fn settle_voids(
         found += &format!(", {absurd} of them NaN, infinite or beyond {ABSURD:e}");
     }
     if policy == VoidPolicy::Error {
-        return Err(format!("{found}; expected none, or --voids fill"));
+        return Err(format!("{found}; expected none, or --voids hole or fill"));
     }
-    facts.warnings.push(format!("{found}: filled from their rim"));
+    let what_becomes = match policy {
+        VoidPolicy::Hole => "left open (--voids fill fills them from their rim)",
+        _ => "filled from their rim",
+    };
+    facts.warnings.push(format!("{found}: {what_becomes}"));
     voids::fill(&mask, facts.rows, &mut heights_m);
     Ok((heights_m, Some(mask)))
 }

@@ -44,11 +44,30 @@ impl ReadOptions {
 /// What becomes of voids, the samples without a height.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum VoidPolicy {
-    /// They take smooth heights from their rim.
+    /// They are left out of what is drawn, measured and exported, as
+    /// [`Heightmap::voids`](terrain_core::Heightmap::voids) says; meshes beneath pass through the fill.
     #[default]
+    Hole,
+    /// They take smooth heights from their rim, and these count as any others.
     Fill,
     /// A DEM with voids is refused.
     Error,
+}
+
+impl VoidPolicy {
+    /// As the command line spells it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Hole => "hole",
+            Self::Fill => "fill",
+            Self::Error => "error",
+        }
+    }
+
+    /// For heights that go where no void mask goes.
+    pub(crate) fn without_holes(self) -> Self {
+        if self == Self::Hole { Self::Fill } else { self }
+    }
 }
 
 /// The unit that heights are in.

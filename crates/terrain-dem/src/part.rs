@@ -77,7 +77,7 @@ fn name(whole: &str, crop: Crop, [column, row]: [u32; 2], samples: [u32; 2], thi
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{ReadOptions, open};
+    use crate::{ReadOptions, VoidPolicy, open};
 
     fn options(crop: &str, thin: Option<u32>) -> ReadOptions {
         ReadOptions { crop: Crop::parse(crop), thin, ..Default::default() }
@@ -115,8 +115,14 @@ mod tests {
         let text =
             "ncols 4\nnrows 3\nxllcorner 0\nyllcorner 0\ncellsize 10\nNODATA_value -1\n1 2 3 4\n5 -1 7 8\n9 9 9 9\n";
         let read = |crop| crate::read_bytes("a.asc", text.into(), &options(crop, None)).unwrap();
-        assert_eq!(read("2x2+1+1").voids.map(|mask| (mask.count(), mask.is_void(0, 0))), Some((1, true)));
-        assert_eq!(read("2x2+2+1").voids, None);
+        let part = read("2x2+1+1");
+        assert_eq!(part.voids.as_ref().map(|mask| (mask.count(), mask.is_void(0, 0))), Some((1, true)));
+        assert_eq!(part.heightmap.voids(), part.voids.as_deref());
+        assert_eq!((read("2x2+2+1").voids, read("2x2+2+1").heightmap.voids()), (None, None));
+        let fill = ReadOptions { voids: VoidPolicy::Fill, ..options("2x2+1+1", None) };
+        let filled = crate::read_bytes("a.asc", text.into(), &fill).unwrap();
+        assert!(filled.heightmap.voids().is_none() && filled.voids == part.voids);
+        assert_eq!(filled.heightmap.heights_m(), part.heightmap.heights_m());
     }
 
     #[test]

@@ -45,8 +45,9 @@ enum Heights {
 /// Opens what [`open`](crate::open) does, with the same meaning and the same heights, and reads it once to know that its
 /// rows can be had: greyscale or coloured PNG, packed samples (raw, `.bil`, `.flt`, `.hgt`, PGM, `.npy`), TIFF in strips,
 /// text grids. Interlaced and tiled files, those that begin in the south, DEMs with voids and parts of DEMs are loaded as a
-/// whole, with a warning where that takes much memory.
+/// whole, with a warning where that takes much memory. Rows bring no void mask along, so holes are filled.
 pub fn open_rows(spec: &str, options: &ReadOptions) -> Result<DemRows, DemError> {
+    let options = &ReadOptions { voids: options.voids.without_holes(), ..*options };
     if options.crop.is_some() || options.thin.is_some() {
         return Ok(DemRows::of(open(spec, options)?));
     }

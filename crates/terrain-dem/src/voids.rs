@@ -1,57 +1,6 @@
-//! Voids: samples without a height. Where they are, and what stands in for them.
+//! Voids: samples without a height. What stands in for them.
 
-/// Which samples of a DEM are voids, one bit each.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct VoidMask {
-    columns: u32,
-    count: u64,
-    bits: Vec<u64>,
-}
-
-impl VoidMask {
-    /// The samples that are NaN.
-    pub(crate) fn of(columns: u32, heights_m: &[f32]) -> Self {
-        Self::new(columns, heights_m, |height_m| height_m.is_nan())
-    }
-
-    /// One flag a sample, row by row.
-    pub(crate) fn of_flags(columns: u32, is_void: &[bool]) -> Self {
-        Self::new(columns, is_void, |is_void| *is_void)
-    }
-
-    fn new<T>(columns: u32, samples: &[T], is_void: impl Fn(&T) -> bool) -> Self {
-        let count = samples.iter().filter(|sample| is_void(sample)).count() as u64;
-        let word = |chunk: &[T]| {
-            chunk.iter().enumerate().fold(0, |word, (bit, sample)| word | u64::from(is_void(sample)) << bit)
-        };
-        Self { columns, count, bits: samples.chunks(64).map(word).collect() }
-    }
-
-    /// How many samples are voids.
-    pub fn count(&self) -> u64 {
-        self.count
-    }
-
-    /// Whether a sample is a void.
-    pub fn is_void(&self, column: u32, row: u32) -> bool {
-        self.has(row as usize * self.columns as usize + column as usize)
-    }
-
-    /// As [`Self::is_void`], by the sample's place in [`Heightmap::heights_m`](terrain_core::Heightmap::heights_m).
-    fn has(&self, index: usize) -> bool {
-        self.bits[index / 64] >> (index % 64) & 1 == 1
-    }
-
-    fn clear(&mut self, index: usize) {
-        self.bits[index / 64] &= !(1 << (index % 64));
-    }
-
-    /// The voids' indices, rising.
-    fn indices(&self) -> impl DoubleEndedIterator<Item = usize> {
-        let words = self.bits.iter().enumerate().filter(|(_, word)| **word != 0);
-        words.flat_map(|(w, word)| (0..64).filter(move |bit| word >> bit & 1 == 1).map(move |bit| w * 64 + bit))
-    }
-}
+pub(crate) use terrain_core::VoidMask;
 
 /// Sweeps of relaxation over the filled heights: enough for the eye, since the first guess is good.
 const SWEEPS: usize = 16;
@@ -64,7 +13,7 @@ const SWEEPS: usize = 16;
 ///
 /// At least one sample must have a height.
 pub(crate) fn fill(mask: &VoidMask, rows: u32, heights_m: &mut [f32]) {
-    let holes = Holes { mask, columns: mask.columns as usize, rows: rows as usize };
+    let holes = Holes { mask, columns: mask.columns() as usize, rows: rows as usize };
     let first = holes.push(heights_m);
     holes.pull(&first, heights_m);
     holes.clamp(heights_m);
@@ -118,7 +67,7 @@ impl Holes<'_> {
 
     /// Brings each hole's fill into the range of its own rim: the pyramid's means reach over to other holes.
     fn clamp(&self, heights_m: &mut [f32]) {
-        let mut left = self.mask.clone();
+        let mut left = Left::all(self.mask);
         for start in self.mask.indices() {
             if left.has(start) {
                 let (hole, [low, high]) = self.hole(start, &mut left, heights_m);
@@ -131,7 +80,7 @@ impl Holes<'_> {
     }
 
     /// The samples of one hole, taken from `left`, and the range of its rim.
-    fn hole(&self, start: usize, left: &mut VoidMask, heights_m: &[f32]) -> (Vec<u32>, [f32; 2]) {
+    fn hole(&self, start: usize, left: &mut Left, heights_m: &[f32]) -> (Vec<u32>, [f32; 2]) {
         let (mut hole, mut next, mut range) = (vec![start as u32], 0, [f32::INFINITY, f32::NEG_INFINITY]);
         left.clear(start);
         while let Some(&index) = hole.get(next) {
@@ -156,6 +105,23 @@ impl Holes<'_> {
             count += 1.0;
         }
         heights_m[index] = (sum / count) as f32;
+    }
+}
+
+/// The voids that belong to no hole yet.
+struct Left(Vec<u64>);
+
+impl Left {
+    fn all(mask: &VoidMask) -> Self {
+        Self(mask.words().to_vec())
+    }
+
+    fn has(&self, index: usize) -> bool {
+        self.0[index / 64] >> (index % 64) & 1 == 1
+    }
+
+    fn clear(&mut self, index: usize) {
+        self.0[index / 64] &= !(1 << (index % 64));
     }
 }
 
@@ -287,6 +253,28 @@ mod tests {
         assert!(worst < 60.0, "{worst}");
     }
 
+    /// The range of each void's rim, passed on from neighbour to neighbour until nothing changes.
+    fn rim_ranges(heights_m: &[f32], columns: usize) -> Vec<[f32; 2]> {
+        let mut ranges = vec![[f32::INFINITY, f32::NEG_INFINITY]; heights_m.len()];
+        loop {
+            let before = ranges.clone();
+            for index in (0..heights_m.len()).filter(|index| heights_m[*index].is_nan()) {
+                let beside = |other: usize| other / columns == index / columns;
+                let around = [index.wrapping_sub(columns), index + columns];
+                let around =
+                    around.into_iter().chain([index.wrapping_sub(1), index + 1].into_iter().filter(|i| beside(*i)));
+                for other in around.filter(|other| *other < heights_m.len()) {
+                    let height_m = heights_m[other];
+                    let [low, high] = if height_m.is_nan() { ranges[other] } else { [height_m; 2] };
+                    ranges[index] = [ranges[index][0].min(low), ranges[index][1].max(high)];
+                }
+            }
+            if ranges == before {
+                return ranges;
+            }
+        }
+    }
+
     /// Random holes of all sizes: fills stay within their own hole's rim, and samples stay what they were.
     #[test]
     fn fills_keep_to_the_range_of_their_own_rim() {
@@ -305,15 +293,10 @@ mod tests {
             let mask = VoidMask::of(columns as u32, &heights_m);
             let full = filled(columns as u32, heights_m.clone());
             assert_eq!(full, filled(columns as u32, heights_m.clone()), "seed {seed}");
-            let holes = Holes { mask: &mask, columns, rows };
-            let mut left = mask.clone();
-            for index in 0..heights_m.len() {
-                if left.has(index) {
-                    let (hole, [low, high]) = holes.hole(index, &mut left, &heights_m);
-                    assert!(hole.iter().all(|i| (low..=high).contains(&full[*i as usize])), "seed {seed}");
-                } else if !mask.has(index) {
-                    assert_eq!(full[index], heights_m[index], "seed {seed}");
-                }
+            let ranges = rim_ranges(&heights_m, columns);
+            for (index, (height_m, [low, high])) in full.iter().zip(ranges).enumerate() {
+                let expected = if mask.has(index) { low..=high } else { heights_m[index]..=heights_m[index] };
+                assert!(expected.contains(height_m), "seed {seed}: {height_m} at {index}, {expected:?}");
             }
         }
     }

@@ -45,7 +45,10 @@ fn three_sisters() {
     assert!((x - 66.3).abs() < 0.1 && (z - 92.6).abs() < 0.1, "{x} x {z} m");
     // The fills keep to the range of the samples around them.
     assert_eq!(range_m(&dem), [322.0, 3130.0]);
-    assert_eq!(dem.reading.warnings, ["392 of 1442401 samples (0.027 %) are voids: filled from their rim"]);
+    assert_eq!(
+        dem.reading.warnings,
+        ["392 of 1442401 samples (0.027 %) are voids: left open (--voids fill fills them from their rim)"]
+    );
     let refused = read(&path, &ReadOptions { voids: VoidPolicy::Error, ..ReadOptions::default() }).unwrap_err();
-    assert!(refused.to_string().ends_with("are voids; expected none, or --voids fill"), "{refused}");
+    assert!(refused.to_string().ends_with("are voids; expected none, or --voids hole or fill"), "{refused}");
 }

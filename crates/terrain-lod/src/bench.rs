@@ -162,7 +162,11 @@ pub fn scene(gpu: &Gpu, heightmap: &Heightmap) -> Result<Scene, Fault> {
             let size = [heightmap.columns(), heightmap.rows()];
             let last = Sample { column: size[0] - 1, row: size[1] - 1 };
             let range_m = heightmap.height_range_m(Sample { column: 0, row: 0 }, last);
-            Ok(Scene::without_heights(gpu, size, heightmap.spacing_m(), range_m)?)
+            let bare = Scene::without_heights(gpu, size, heightmap.spacing_m(), range_m)?;
+            Ok(match heightmap.voids() {
+                Some(voids) => bare.with_voids(gpu, voids)?,
+                None => bare,
+            })
         }
         scene => Ok(scene?),
     }

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use htp_lod::Provenance;
 use serde::Serialize;
-use terrain_dem::{Dem, DemRows, HeightUnit, ReadOptions, Reading};
+use terrain_dem::{Dem, DemRows, HeightUnit, ReadOptions, Reading, VoidPolicy};
 
 use crate::cells_dem::CellsDem;
 use crate::dem_args::{DemCommand, DemToolArgs, FormatName, InfoArgs};
@@ -103,7 +103,7 @@ fn info(args: &InfoArgs) -> Result<(), Fault> {
         return say(args, &Description::of_cells(&args.dem, &cells));
     }
     let dem = terrain_dem::open(&args.dem, &options)?;
-    say(args, &Description::of(&args.dem, &dem))
+    say(args, &Description::of(&args.dem, &dem, options.voids))
 }
 
 fn say(args: &InfoArgs, described: &Description) -> Result<(), Fault> {
@@ -137,8 +137,10 @@ struct Description<'a> {
     scale: f64,
     offset_m: f64,
     nodata: Option<f64>,
-    /// Samples without a height, which hold one from their rim.
+    /// Samples without a height.
     voids: u64,
+    /// What becomes of them; `None` of a file of cells, which has none.
+    void_policy: Option<&'static str>,
     source: Option<&'a str>,
     licence: Option<&'a str>,
     notice: Option<&'a str>,
@@ -146,12 +148,13 @@ struct Description<'a> {
 }
 
 impl<'a> Description<'a> {
-    fn of(spec: &'a str, dem: &'a Dem) -> Self {
+    fn of(spec: &'a str, dem: &'a Dem, policy: VoidPolicy) -> Self {
         let map = &dem.heightmap;
         let wider = |[low, high]: [f32; 2], height_m: &f32| [low.min(*height_m), high.max(*height_m)];
         let range_m = map.heights_m().iter().fold([f32::INFINITY, f32::NEG_INFINITY], wider);
         Self {
             voids: dem.voids.as_ref().map_or(0, |voids| voids.count()),
+            void_policy: Some(policy.name()),
             source: dem.source.as_deref(),
             licence: dem.licence.as_deref(),
             notice: dem.notice.as_deref(),
@@ -197,6 +200,7 @@ impl<'a> Description<'a> {
             offset_m: reading.offset_m,
             nodata: reading.nodata,
             voids: 0,
+            void_policy: None,
             source: None,
             licence: None,
             notice: None,
@@ -210,6 +214,7 @@ impl<'a> Description<'a> {
         let bands = if self.bands == 1 { String::new() } else { format!(", {} bands", self.bands) };
         let unit = self.unit.unwrap_or("not said, taken as metres");
         let declared = self.nodata.map_or("none declared".to_owned(), |nodata| format!("declared: {nodata}"));
+        let policy = self.void_policy.map_or(String::new(), |policy| format!("; policy: {policy}"));
         let mut text = format!(
             "{}\n  \
              format   {}, {}{bands}\n  \
@@ -217,7 +222,7 @@ impl<'a> Description<'a> {
              size     {columns} x {rows} samples, {width_km:.1} x {depth_km:.1} km\n  \
              spacing  {x} x {z} m (by {})\n  \
              heights  {lowest_m} to {highest_m} m (unit {unit}; {scale} m a step, {offset_m} m at 0)\n  \
-             voids    {} ({declared})\n",
+             voids    {} ({declared}{policy})\n",
             self.dem,
             self.format,
             self.sample_type,

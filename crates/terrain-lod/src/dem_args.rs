@@ -44,7 +44,7 @@ pub struct ReadArgs {
     /// Which band to read, from 1 [default: the first]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     pub band: Option<u32>,
-    /// What becomes of samples without a height [default: fill]
+    /// What becomes of samples without a height [default: hole]
     #[arg(long)]
     pub voids: Option<VoidsName>,
     /// The most samples to load [default and most: 536870912]
@@ -120,7 +120,9 @@ impl From<UnitName> for HeightUnit {
 /// What becomes of voids.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum VoidsName {
-    /// Smooth heights from their rim
+    /// Left open: not drawn, measured or exported
+    Hole,
+    /// Smooth heights from their rim, which count as any others
     Fill,
     /// Refuse the file
     Error,
@@ -129,6 +131,7 @@ pub enum VoidsName {
 impl From<VoidsName> for VoidPolicy {
     fn from(name: VoidsName) -> Self {
         match name {
+            VoidsName::Hole => Self::Hole,
             VoidsName::Fill => Self::Fill,
             VoidsName::Error => Self::Error,
         }

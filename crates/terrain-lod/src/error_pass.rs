@@ -26,7 +26,7 @@ pub struct ErrorFrame {
     pub upload_bytes: u64,
     pub index_bytes_used: u64,
     pub updated_patches: u64,
-    /// DEM samples in view. Without any the errors are empty.
+    /// DEM samples in view that have a height. Without any the errors are empty.
     pub samples: u64,
     pub error_px_max: Option<f64>,
     pub error_px_p999: Option<f64>,
@@ -63,6 +63,8 @@ pub struct ErrorFrame {
     pub cells_loaded: u64,
     pub reads_failed: u64,
     pub read_retries: u64,
+    /// Voids in view, which are none of `samples`.
+    pub void_samples: u64,
 }
 
 /// The error pass of one run.
@@ -216,6 +218,7 @@ impl<'a> Judge<'a> {
             cells_loaded: plan.streaming.cells_loaded,
             reads_failed: plan.streaming.reads_failed,
             read_retries: plan.streaming.retries,
+            void_samples: self.frame.voids(),
         })
     }
 }

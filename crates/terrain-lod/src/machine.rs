@@ -5,7 +5,7 @@ use std::process::Command;
 use serde::Serialize;
 use sha2::{Digest, Sha256};
 use sysinfo::System;
-use terrain_core::{FlightPath, Heightmap};
+use terrain_core::{FlightPath, Heightmap, VoidMask};
 use terrain_renderer::Renderer;
 
 use crate::methods::Run;
@@ -41,6 +41,8 @@ pub struct Machine<'a> {
     pub dem_columns: u32,
     pub dem_rows: u32,
     pub dem_spacing_m: [f64; 2],
+    /// Samples that are left out of pictures and errors.
+    pub dem_voids: u64,
     pub dem_sha256: String,
     pub flight: &'a str,
     pub flight_sha256: String,
@@ -92,6 +94,7 @@ impl<'a> Machine<'a> {
             dem_columns: bench.dem.heightmap.columns(),
             dem_rows: bench.dem.heightmap.rows(),
             dem_spacing_m: bench.dem.heightmap.spacing_m(),
+            dem_voids: bench.dem.heightmap.voids().map_or(0, VoidMask::count),
             dem_sha256: dem_checksum(&bench.dem.heightmap),
             flight: &bench.flight_name,
             flight_sha256: flight_checksum(bench),
@@ -125,13 +128,15 @@ fn program_checksum() -> Option<String> {
     Some(hex(&Sha256::digest(&program)))
 }
 
-/// SHA-256 over size, spacing and heights: of what was measured, whatever file it came from.
+/// SHA-256 over size, spacing, heights, and voids if there are any: of what was measured, whatever file it came from.
 fn dem_checksum(heightmap: &Heightmap) -> String {
     let mut hash = Sha256::new();
     hash.update(heightmap.columns().to_le_bytes());
     hash.update(heightmap.rows().to_le_bytes());
     heightmap.spacing_m().iter().for_each(|s| hash.update(s.to_le_bytes()));
     heightmap.heights_m().iter().for_each(|h| hash.update(h.to_le_bytes()));
+    let void_words = heightmap.voids().map_or(&[][..], VoidMask::words);
+    void_words.iter().for_each(|word| hash.update(word.to_le_bytes()));
     hex(&hash.finalize())
 }
 

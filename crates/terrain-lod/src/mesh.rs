@@ -1,7 +1,7 @@
 //! `mesh`: what one frame draws, with nothing culled, as a file for other programs.
 
 use serde::Serialize;
-use terrain_core::{FramePlan, Heightmap, MeshMirror, Triangle};
+use terrain_core::{FramePlan, Heightmap, MeshMirror, Triangle, VoidQuads};
 use terrain_dem::{Mesh, MeshFormat, write_atomically};
 
 use crate::cli::MeshArgs;
@@ -25,6 +25,8 @@ struct MeshLine {
     height: u32,
     triangles: usize,
     vertices: usize,
+    /// Triangles that lie in voids.
+    left_out: usize,
 }
 
 pub fn run(args: &MeshArgs) -> Result<(), Fault> {
@@ -38,7 +40,15 @@ pub fn run(args: &MeshArgs) -> Result<(), Fault> {
     let mut bench = Bench::new("mesh", suite(args), args.dem.read_options())?;
     probe_parent(&args.out)?;
     bench.prepare(args.settings.keep_maps, true)?;
-    let triangles = replay(&bench, args.frame)?;
+    let mut triangles = replay(&bench, args.frame)?;
+    let left_out = leave_out_voids(&bench.dem.heightmap, &mut triangles);
+    if triangles.is_empty() {
+        let message = format!(
+            "{}: all {left_out} triangles lie in voids; expected some elsewhere, or --voids fill",
+            bench.dem.name
+        );
+        return Err(Fault::new(Cause::BadInput, message));
+    }
     let mesh = share_vertices(&bench.dem.heightmap, &triangles);
     write_atomically(&args.out, |file| format.write(file, &mesh)).map_err(|e| Fault::write(&args.out, e))?;
     let view = bench.view(args.frame)?;
@@ -50,6 +60,7 @@ pub fn run(args: &MeshArgs) -> Result<(), Fault> {
         height: view.size_px[1],
         triangles: mesh.triangles.len(),
         vertices: mesh.positions_m.len(),
+        left_out,
     };
     print(&(serde_json::to_string(&line).expect("numbers become JSON") + "\n"))
 }
@@ -90,6 +101,15 @@ fn replay(bench: &Bench, last: u32) -> Result<Vec<Triangle>, Fault> {
     }
     failures.finish(&mut *method, &plan);
     Ok(mirror.triangles().to_vec())
+}
+
+/// Takes the triangles away that cover nothing but void quads; the number of them. A triangle that covers some ground stays
+/// as it is, so no ground is lost, and over voids the mesh reaches as far as its triangles do.
+fn leave_out_voids(heightmap: &Heightmap, triangles: &mut Vec<Triangle>) -> usize {
+    let (Some(voids), all) = (heightmap.voids(), triangles.len()) else { return 0 };
+    let quads = VoidQuads::of(voids);
+    triangles.retain(|triangle| !quads.contain(triangle));
+    all - triangles.len()
 }
 
 /// The samples in use, each once, and the triangles over them.

@@ -62,7 +62,7 @@ pub struct SummaryRow {
     pub error_px_p999: Option<f64>,
     pub error_px_p95: Option<f64>,
     pub plan_ms_p99: Option<f64>,
-    /// DEM samples in view.
+    /// DEM samples in view that have a height.
     pub samples_mean: Option<f64>,
     /// Frames that see no sample: they have no error and cost nothing.
     pub frames_without_samples: Option<u64>,
@@ -167,6 +167,9 @@ pub struct SummaryRow {
     pub picture_outline_share: Option<f64>,
     #[serde(default)]
     pub picture_ridge_share: Option<f64>,
+    /// Voids in view: they are not drawn, and no error is measured at them.
+    #[serde(default)]
+    pub void_samples_mean: Option<f64>,
     pub threads: usize,
     pub submission: String,
     /// Flights in the speed pass.
@@ -226,6 +229,7 @@ pub fn fill_errors(row: &mut SummaryRow, flight: &ErrorFlight, tolerance: usize)
     row.index_bytes_reserved = Some(*index_bytes_reserved);
     row.index_bytes_used = frames.iter().map(|f| f.index_bytes_used).max();
     row.samples_mean = mean(frames, |f| f.samples);
+    row.void_samples_mean = mean(frames, |f| f.void_samples);
     row.frames_without_samples = Some(frames.iter().filter(|f| f.samples == 0).count() as u64);
     let measured = |value: f64| (errors.samples() > 0).then(|| tidy(value));
     row.error_px_max = measured(errors.max_px().into());

@@ -3,7 +3,7 @@
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
-use terrain_dem::{ColourCode, DemRows, RawLayout, ReadOptions, open, open_rows};
+use terrain_dem::{ColourCode, DemRows, RawLayout, ReadOptions, VoidPolicy, open, open_rows};
 
 use crate::tiff_writer::{Kind, Value, Variant};
 use crate::writers;
@@ -152,8 +152,12 @@ fn voids_are_filled_as_ever() {
     let folder = tempfile::tempdir().unwrap();
     let void = Kind::I16.sample(3, 2);
     let file = Variant::plain(Kind::I16).file().with(42113, Value::Text(format!("{void} ")));
-    let rows = compare_file(folder.path().join("a.tif"), &file.bytes(), &ReadOptions::default());
-    assert!(!is_by_rows(&rows) && rows.reading.warnings[0].contains("filled from their rim"));
+    let (path, fill) = (folder.path().join("a.tif"), ReadOptions { voids: VoidPolicy::Fill, ..ReadOptions::default() });
+    let rows = compare_file(path.clone(), &file.bytes(), &fill);
+    assert!(!is_by_rows(&rows) && rows.reading.warnings[0].ends_with("are voids: filled from their rim"));
+    // No mask goes with rows, so a hole would be ground without a word.
+    let holes = open_rows(path.to_str().unwrap(), &ReadOptions::default()).unwrap();
+    assert_eq!(holes.reading.warnings, rows.reading.warnings);
 }
 
 #[test]

@@ -181,7 +181,10 @@ fn tiles_that_are_left_out_are_voids() {
     file.chunks[1].clear();
     let dem = load("a.tif", file.bytes());
     assert_eq!(dem.voids.unwrap().count(), 16);
-    assert_eq!(dem.reading.warnings, ["16 of 117 samples (13.675 %) are voids: filled from their rim"]);
+    assert_eq!(
+        dem.reading.warnings,
+        ["16 of 117 samples (13.675 %) are voids: left open (--voids fill fills them from their rim)"]
+    );
 }
 
 #[test]
@@ -193,7 +196,7 @@ fn voids_that_nobody_declares() {
     let dem = load("a.tif", file.bytes());
     assert_eq!(dem.voids.unwrap().count(), 4);
     let expected = "4 of 117 samples (3.419 %) are voids, 1 of them -32768, which the file does not declare, 3 of them NaN, \
-                    infinite or beyond 1e30: filled from their rim";
+                    infinite or beyond 1e30: left open (--voids fill fills them from their rim)";
     assert_eq!(dem.reading.warnings, [expected]);
     assert!(dem.heightmap.heights_m().iter().all(|height| height.abs() < 200.0));
 }

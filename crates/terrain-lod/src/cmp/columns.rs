@@ -44,7 +44,7 @@ pub const MACHINE_FACTS: [&str; 10] = [
 ];
 
 /// Who the row is, and what says nothing of a method.
-const NO_COUNTERS: [&str; 10] = [
+const NO_COUNTERS: [&str; 11] = [
     "method",
     "setting",
     "tolerance_px",
@@ -53,6 +53,7 @@ const NO_COUNTERS: [&str; 10] = [
     "load_average",
     "samples_mean",
     "frames_without_samples",
+    "void_samples_mean",
     // More is better; the RMSE beside it says the same the other way round.
     "picture_flat_mssim",
     "picture_shaded_mssim",

@@ -17,8 +17,8 @@ fn info_says_what_a_file_holds_and_what_is_wrong_with_it() {
   size     4 x 3 samples, 0.1 x 0.1 km
   spacing  30 x 30 m (by the file: 30 x 30 m)
   heights  1 to 12 m (unit not said, taken as metres; 1 m a step, 0 m at 0)
-  voids    1 (declared: -9999)
-  warning  1 of 12 samples (8.333 %) are voids: filled from their rim
+  voids    1 (declared: -9999; policy: hole)
+  warning  1 of 12 samples (8.333 %) are voids: left open (--voids fill fills them from their rim)
 ";
     assert_eq!(String::from_utf8(text.stdout).unwrap(), expected);
 
@@ -26,10 +26,17 @@ fn info_says_what_a_file_holds_and_what_is_wrong_with_it() {
     let json: serde_json::Value = serde_json::from_slice(&json.stdout).unwrap();
     assert_eq!((&json["columns"], &json["voids"], &json["unit"]), (&4.into(), &1.into(), &"foot".into()));
     assert_eq!(json["spacing_m"], serde_json::json!([30.0, 30.0]));
+    assert_eq!(json["void_policy"], "hole");
+    let filled = terrain_lod(place.path(), &["dem", "info", "a.asc", "--voids", "fill"]);
+    let said = String::from_utf8(filled.stdout).unwrap();
+    assert!(
+        said.contains("(declared: -9999; policy: fill)\n  warning  1 of 12 samples (8.333 %) are voids: filled"),
+        "{said}"
+    );
 
     let refused = terrain_lod(place.path(), &["dem", "info", "a.asc", "--voids", "error"]);
     let said = String::from_utf8(refused.stderr).unwrap();
-    assert_eq!(said, "error: a.asc: 1 of 12 samples (8.333 %) are voids; expected none, or --voids fill\n");
+    assert_eq!(said, "error: a.asc: 1 of 12 samples (8.333 %) are voids; expected none, or --voids hole or fill\n");
     assert_eq!(refused.status.code(), Some(4));
 }
 

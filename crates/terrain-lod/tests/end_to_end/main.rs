@@ -16,3 +16,4 @@ mod repeats;
 mod report;
 mod resume;
 mod schema;
+mod voids;

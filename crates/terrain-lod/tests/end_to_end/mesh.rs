@@ -5,7 +5,7 @@ use terrain_core::LodMethod;
 use crate::program::{bench, terrain_lod};
 
 /// Vertices and triangles of a binary little-endian PLY as this program writes it.
-fn read_ply(bytes: &[u8]) -> (Vec<[f32; 3]>, Vec<[u32; 3]>) {
+pub fn read_ply(bytes: &[u8]) -> (Vec<[f32; 3]>, Vec<[u32; 3]>) {
     let end = b"end_header\n";
     let header_length = bytes.windows(end.len()).position(|window| window == end).unwrap() + end.len();
     let header = std::str::from_utf8(&bytes[..header_length]).unwrap();
