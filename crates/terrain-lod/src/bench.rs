@@ -12,7 +12,7 @@ use crate::benches;
 use crate::cli::BenchArgs;
 use crate::dry_run;
 use crate::fault::{Cause, Fault};
-use crate::figures;
+use crate::figures::{self, Made};
 use crate::frame_times::RepeatTimes;
 use crate::interrupt;
 use crate::interval::Verdict;
@@ -83,7 +83,7 @@ impl Sitting<'_> {
         mut bench: Bench,
         folder: &Path,
         begun: Option<Begun>,
-        last: &dyn Fn(&Results) -> Result<Result<(), Fault>, Fault>,
+        last: &dyn Fn(&Results) -> Made,
     ) -> Result<Landed, Fault> {
         let mut renderer = self.prepare(&mut bench, begun.as_ref())?;
         // From here on there is something to leave in order. What is above ends at once.

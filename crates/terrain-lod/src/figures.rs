@@ -54,9 +54,11 @@ pub fn refuse_benches(figures: &[Figure], known: &[&str]) -> Result<(), String> 
     Ok(())
 }
 
-/// Makes the figures of a suite that are not there yet, and lists all that are. The `Err` inside is of a figure: the others
-/// are made all the same.
-pub fn make(file: &SuiteFile, sitting: &Sitting, results: &Results) -> Result<Result<(), Fault>, Fault> {
+/// What became of the figures. The `Err` inside is of a figure: the others are made all the same.
+pub type Made = Result<Result<(), Fault>, Fault>;
+
+/// Makes the figures of a suite that are not there yet, and lists all that are.
+pub fn make(file: &SuiteFile, sitting: &Sitting, results: &Results) -> Made {
     if file.figures.is_empty() {
         return Ok(Ok(()));
     }
