@@ -126,8 +126,8 @@ fn cells_that_cannot_be_read_are_told_and_counted() {
     let row = crate::program::read_rows(&place.path().join("all/summary.csv")).remove(0);
     let counts = ["reads_failed", "read_retries", "cracks"].map(|column| row[column].as_str());
     assert_eq!(counts, ["2", "1", "0"]);
-    let frames = std::fs::read_dir(place.path().join("all/frames")).unwrap().map(|entry| entry.unwrap().path());
-    let frames = frames.filter(|path| path.to_string_lossy().ends_with("-error.csv")).next().unwrap();
+    let mut frames = std::fs::read_dir(place.path().join("all/frames")).unwrap().map(|entry| entry.unwrap().path());
+    let frames = frames.find(|path| path.to_string_lossy().ends_with("-error.csv")).unwrap();
     let last = crate::program::read_rows(&frames).pop().unwrap();
     assert_eq!(["reads_failed", "read_retries", "cells_due"].map(|column| last[column].as_str()), ["2", "1", "0"]);
 }
