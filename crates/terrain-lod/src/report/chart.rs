@@ -28,6 +28,8 @@ pub const X_ENDS: [f64; 2] = [60.0, 580.0];
 pub const Y_ENDS: [f64; 2] = [286.0, 54.0];
 /// Of a line of a legend.
 const KEY_HEIGHT: f64 = 18.0;
+/// Of its text, after the sample.
+const KEY_INDENT: f64 = 42.0;
 /// Around a chart in a file of its own; in the page, it lines up with the text.
 const MARGIN: f64 = 12.0;
 
@@ -140,9 +142,11 @@ impl Chart {
     }
 }
 
-/// Many keys stand in two columns.
+/// As many columns as the longest label lets there be, at the size that text has on narrow screens.
 fn columns(keys: &[Key]) -> usize {
-    if keys.len() > 6 { 2 } else { 1 }
+    let longest = keys.iter().map(|key| key.label.chars().count()).max().unwrap_or(0);
+    let width = KEY_INDENT + 10.0 * longest as f64;
+    (((X_ENDS[1] - X_ENDS[0]) / width) as usize).clamp(1, 4)
 }
 
 /// Of the legend.
@@ -154,11 +158,11 @@ fn height(keys: &[Key]) -> f64 {
 fn legend(keys: &[Key]) -> String {
     let mut legend = String::new();
     for (i, Key { look, label }) in keys.iter().enumerate() {
-        let x = X_ENDS[0] + (i % columns(keys)) as f64 * 265.0;
+        let x = X_ENDS[0] + ((i % columns(keys)) as f64 * (X_ENDS[1] - X_ENDS[0]) / columns(keys) as f64).round();
         let y = HEIGHT + (i / columns(keys)) as f64 * KEY_HEIGHT;
         let _ = writeln!(
             legend,
-            "<g class=\"{}\" transform=\"translate({x} {y})\">{}<text x=\"42\" y=\"11\">{}</text></g>",
+            "<g class=\"{}\" transform=\"translate({x} {y})\">{}<text x=\"{KEY_INDENT}\" y=\"11\">{}</text></g>",
             look.classes(),
             look.sample(),
             escape(label)

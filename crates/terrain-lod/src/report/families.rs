@@ -12,7 +12,7 @@ use crate::report::chart::{Chart, X_ENDS, Y_ENDS};
 use crate::report::headline::ERRORS;
 use crate::report::html::escape;
 use crate::report::look::Look;
-use crate::report::marks::{marker_box, place_labels};
+use crate::report::marks::{line_boxes, marker_box, place_labels};
 use crate::report::runs::{Known, Run, labels, settings};
 use crate::report::sheet::Sheet;
 
@@ -147,15 +147,18 @@ fn marks(curves: &[Curve], [x, y]: [&Axis; 2]) -> String {
     let (named, ends): (Vec<&Curve>, Vec<[f64; 2]>) =
         curves.iter().zip(ends).filter_map(|(c, end)| Some((c, end?))).unzip();
     let names: Vec<&str> = named.iter().map(|curve| curve.run.label.as_str()).collect();
-    let labels = place_labels(&ends, &names, places.iter().flatten().map(marker_box).collect());
+    // Between 0 and another number there is no straight line in logarithms.
+    let is_positive = |place: &&[f64; 2]| place[0] > 0.0 && place[1] > 0.0;
+    let line = |curve: &Curve| -> Vec<[f64; 2]> { curve.line.iter().filter(is_positive).map(place).collect() };
+    let lines: Vec<Vec<[f64; 2]>> = curves.iter().map(line).collect();
+    let taken = places.iter().flatten().map(marker_box).chain(lines.iter().flat_map(|line| line_boxes(line)));
+    let labels = place_labels(&ends, &names, taken.collect());
     let mut text = String::new();
-    for (curve, places) in curves.iter().zip(&places) {
+    for ((curve, places), line) in curves.iter().zip(&places).zip(&lines) {
         let Run { look, label, .. } = curve.run;
         let name = escape(label);
         let _ = write!(text, "<g class=\"{}\"><title>{name}</title>", look.classes());
-        // Between 0 and another number there is no straight line in logarithms.
-        let line = curve.line.iter().filter(|place| place[0] > 0.0 && place[1] > 0.0).map(place);
-        let line: Vec<String> = line.map(|[x, y]| format!("{x:.1} {y:.1}")).collect();
+        let line: Vec<String> = line.iter().map(|[x, y]| format!("{x:.1} {y:.1}")).collect();
         if line.len() > 1 {
             let _ = write!(text, "<path class=\"line\" d=\"M{}\"/>", line.join("L"));
         }
@@ -164,7 +167,7 @@ fn marks(curves: &[Curve], [x, y]: [&Axis; 2]) -> String {
             let _ = write!(text, "<g{beaten}>{}</g>", look.marker(*place));
         }
         for [x, y] in curve.rings.iter().map(place) {
-            let _ = write!(text, "<circle class=\"ring\" cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"6.5\"/>");
+            let _ = write!(text, "<circle class=\"ring\" cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"5.5\"/>");
         }
         let label = named.iter().position(|other| std::ptr::eq(*other, curve)).and_then(|i| labels[i]);
         text += &label.map_or_else(String::new, |label| label.svg(&name));

@@ -140,6 +140,19 @@ pub fn marker_box([x, y]: &[f64; 2]) -> Box4 {
     [x - 5.0, y - 5.0, x + 5.0, y + 5.0]
 }
 
+/// What a line covers, in pieces no longer than a letter.
+pub fn line_boxes(line: &[[f64; 2]]) -> Vec<Box4> {
+    let mut boxes = Vec::new();
+    for (from, to) in line.iter().zip(line.iter().skip(1)) {
+        let pieces = ((to[0] - from[0]).hypot(to[1] - from[1]) / LETTER).ceil().max(1.0);
+        for i in 1..pieces as u32 {
+            let [x, y] = [0, 1].map(|axis| from[axis] + (to[axis] - from[axis]) * f64::from(i) / pieces);
+            boxes.push([x - 2.0, y - 2.0, x + 2.0, y + 2.0]);
+        }
+    }
+    boxes
+}
+
 /// A label for each place. The first free one of right, left, above and below; none where all are taken, since a label on
 /// another is worse than one that the legend has to give.
 pub fn place_labels(places: &[[f64; 2]], names: &[&str], mut taken: Vec<Box4>) -> Vec<Option<Label>> {
@@ -196,6 +209,14 @@ mod tests {
         assert_eq!(whisker_path(100.0, [200.0, 100.0]).matches("h8").count(), 2);
         let clipped = whisker_path(100.0, [900.0, 100.0]);
         assert!(clipped.matches("h8").count() == 1 && clipped.contains("M100.0 286.0V100.0"), "{clipped}");
+    }
+
+    #[test]
+    fn a_label_makes_way_for_a_line() {
+        let right_of = [[205.0, 200.0], [205.0 + 90.0, 200.0]];
+        let place = |taken: Vec<Box4>| place_labels(&[[200.0, 200.0]], &["a label"], taken)[0].unwrap().anchor;
+        assert_eq!((place(Vec::new()), place(line_boxes(&right_of))), ("start", "end"));
+        assert!(line_boxes(&[[1.0, 1.0]]).is_empty());
     }
 
     #[test]
