@@ -205,8 +205,8 @@ impl Pivot {
     fn heads(&self, Column { top, value }: &Column) -> Vec<String> {
         let mut prefix = match &self.columns {
             None => value.replace('_', " "),
-            Some(name) if self.values.len() == 1 => format!("{name} {top}"),
-            Some(name) => format!("{name} {top}: {}", value.replace('_', " ")),
+            Some(name) if self.values.len() == 1 => format!("{} {top}", name.replace('_', " ")),
+            Some(name) => format!("{} {top}: {}", name.replace('_', " "), value.replace('_', " ")),
         };
         let mut heads = Vec::new();
         let mut push = |text: &str| {

@@ -23,29 +23,33 @@ impl Warning {
         Self { class: "doubt", head: head.into(), body: body.into() }
     }
 
+    /// Of some of several benches.
+    fn of(self, benches: &[&str], count: usize) -> Self {
+        let head = if benches.len() == count { self.head } else { format!("{}: {}", benches.join(", "), self.head) };
+        Self { head, ..self }
+    }
+
     /// Failures in red, doubts in amber; HTML.
     pub fn html(&self) -> String {
         format!("<p class=\"{}\"><strong>{}</strong> {}</p>\n", self.class, escape(&self.head), escape(&self.body))
     }
 }
 
-/// Of all benches: what holds for each of them once, the rest with its bench.
+/// Of all benches, failures first: what holds for each of them is said once, and the rest with the benches that it is of.
 pub fn warnings(parts: &[BenchPage]) -> Result<Vec<Warning>, Fault> {
-    let all = parts.iter().map(of_bench).collect::<Result<Vec<Vec<Warning>>, Fault>>()?;
-    let mut said: Vec<Warning> = Vec::new();
-    for (part, warnings) in parts.iter().zip(&all) {
-        for warning in warnings {
-            let mut warning = warning.clone();
-            if !all.iter().all(|others| others.contains(&warning)) {
-                warning.head = format!("{}: {}", part.folder.name, warning.head);
-            }
-            if !said.contains(&warning) {
-                said.push(warning);
+    let mut said: Vec<(Warning, Vec<&str>)> = Vec::new();
+    for part in parts {
+        for warning in of_bench(part)? {
+            let name = part.folder.name.as_str();
+            match said.iter_mut().find(|(other, _)| *other == warning) {
+                Some((_, benches)) if benches.contains(&name) => {}
+                Some((_, benches)) => benches.push(name),
+                None => said.push((warning, vec![name])),
             }
         }
     }
-    said.sort_by_key(|warning| warning.class);
-    Ok(said)
+    said.sort_by_key(|(warning, _)| warning.class);
+    Ok(said.into_iter().map(|(warning, benches)| warning.of(&benches, parts.len())).collect())
 }
 
 fn of_bench(part: &BenchPage) -> Result<Vec<Warning>, Fault> {
@@ -78,9 +82,9 @@ fn of_bench(part: &BenchPage) -> Result<Vec<Warning>, Fault> {
     if let (Some(load), Some(cores)) = (load, cores)
         && load > cores
     {
+        // How high it was stands among the facts.
         let body = format!(
-            "Its load average was {} on {cores} cores when the bench began: times are those of a loaded machine.",
-            number(load, 1)
+            "The load average was above its {cores} cores when the bench began: times are those of a loaded machine."
         );
         warnings.push(Warning::doubt("Busy machine.", body));
     }
@@ -104,4 +108,18 @@ fn failures(part: &BenchPage) -> Result<Vec<Warning>, Fault> {
         }
     }
     Ok(failures)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_holds_for_all_is_said_without_their_names() {
+        let warning = || Warning::doubt("Busy machine.", "Its times.");
+        assert_eq!(warning().of(&["a", "b"], 2).head, "Busy machine.");
+        assert_eq!(warning().of(&["a", "c"], 3).head, "a, c: Busy machine.");
+        let html = Warning::bad("<x> failed.", "a & b").html();
+        assert_eq!(html, "<p class=\"bad\"><strong>&lt;x&gt; failed.</strong> a &amp; b</p>\n");
+    }
 }
