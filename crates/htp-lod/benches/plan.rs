@@ -10,7 +10,7 @@ use std::time::Instant;
 
 use cpu_time::{ProcessTime, ThreadTime};
 use htp_lod::{Batching, Htp, LevelMetric, Options};
-use terrain_core::{Camera, FramePlan, FrameStats, Heightmap, Lens, LodMethod, View};
+use terrain_core::{Camera, FramePlan, FrameStats, Heightmap, Lens, LodMethod, MeshMirror, Sample, View};
 use terrain_dem::ReadOptions;
 
 const FRAMES: usize = 900;
@@ -24,6 +24,7 @@ fn main() {
         triangles(&dem, k);
     }
     draws(&dem);
+    rim(&dem);
     let bounded = Options::bounded();
     for options in [bounded, Options { k: 2, layers: 6, ..bounded }, Options { k: 4, ..bounded }] {
         times(&dem, options);
@@ -113,6 +114,37 @@ fn draws(dem: &Arc<Heightmap>) {
         });
         println!("draws k {k}: {} per patch, {} merged cells, {} instanced", draws[0], draws[1], draws[2]);
     }
+}
+
+/// What it costs that squares which cross the rim split both halves together: triangles with an area, against a DEM that
+/// goes on beyond the rim up to the next whole cell, with the heights of its last column and row. Of that one, only
+/// triangles that reach inside the rim count. It has no square to split so but is otherwise the same, wherever it counts.
+fn rim(dem: &Arc<Heightmap>) {
+    for (k, layers) in [(2, 6), (3, 4), (4, 4)] {
+        let options = Options { k, layers, ..Options::bounded() };
+        let whole = Arc::new(up_to_whole_cells(dem, k.pow(layers)));
+        let last = [dem.columns() - 1, dem.rows() - 1];
+        for px in [0.5, 1.0, 2.0] {
+            let [clamped, whole] = [dem, &whole].map(|heightmap| {
+                let mut method = Htp::new(heightmap.clone(), Options { tolerance_px: px, ..options }).unwrap();
+                method.set_culling(false);
+                let mut mirror = MeshMirror::new(&method.buffers(), heightmap);
+                mirror.replay(&plan(&mut method, &view(dem, 0.0, 0.0))).unwrap();
+                let is_inside = |s: &Sample| s.column < last[0] && s.row < last[1];
+                mirror.triangles().iter().filter(|triangle| triangle.samples.iter().any(is_inside)).count()
+            });
+            let more = 100.0 * (clamped as f64 / whole as f64 - 1.0);
+            println!("rim k {k}, {px} px: {clamped} triangles, {whole} without a rim to cross: {more:+.2} %");
+        }
+    }
+}
+
+fn up_to_whole_cells(dem: &Heightmap, side: u32) -> Heightmap {
+    let [last_column, last_row] = [dem.columns() - 1, dem.rows() - 1];
+    let [columns, rows] = [last_column, last_row].map(|last| last.next_multiple_of(side) + 1);
+    let height = |i: u32| Sample { column: (i % columns).min(last_column), row: (i / columns).min(last_row) };
+    let heights_m = (0..columns * rows).map(|i| dem.height_m(height(i))).collect();
+    Heightmap::new(columns, rows, dem.spacing_m(), heights_m).unwrap()
 }
 
 /// The same visible triangles on DEMs of growing size: tolerances found by bisection.

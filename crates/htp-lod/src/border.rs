@@ -20,7 +20,7 @@
 //!      +
 //! ```
 
-use crate::blocks::Side;
+use crate::blocks::{MASKS, Side};
 use crate::grid::{Grid, Half, Patch, Square};
 
 /// A child that touches sides of its parent, and the masks that it can have.
@@ -36,6 +36,7 @@ pub(crate) struct BorderChild {
 
 impl BorderChild {
     /// Position of a mask, one of [`Self::masks`], among the masks of all border children.
+    #[inline]
     pub fn mask_index(&self, mask: u8) -> usize {
         debug_assert!(mask != 0 && mask & !self.touched == 0);
         let low = self.touched & self.touched.wrapping_neg();
@@ -56,20 +57,32 @@ pub(crate) struct Border {
     pub children: Vec<BorderChild>,
     /// Masks of all border children: `3k + 3`.
     pub masks: usize,
+    /// By mask of the parent's sides: what [`Self::masks_along`] returns.
+    along: [Vec<usize>; MASKS],
 }
 
 impl Border {
     pub fn new(grid: &Grid) -> Self {
-        let mut border = Self { k: grid.k, children: Vec::new(), masks: 0 };
+        let mut border = Self { k: grid.k, children: Vec::new(), masks: 0, along: Default::default() };
         for (i, j) in (0..grid.k).flat_map(|j| (0..grid.k - j).map(move |i| (i, j))) {
-            let touched = grid.touched_sides(Half::NorthWest, i, j);
+            let touched = grid.kin(Square { level: 0, column: i, row: j }).touched[Half::NorthWest as usize];
             if touched != 0 {
                 let child = BorderChild { place: [i, j], touched, first_mask: border.masks };
                 border.masks += child.masks().count();
                 border.children.push(child);
             }
         }
+        for (sides, along) in border.along.iter_mut().enumerate() {
+            let masks = border.children.iter().map(|child| (child, sides as u8 & child.touched));
+            along.extend(masks.filter(|(_, mask)| *mask != 0).map(|(child, mask)| child.mask_index(mask)));
+        }
         border
+    }
+
+    /// Positions of the masks that the border children have where these sides of their parent are coarser, but 0.
+    #[inline]
+    pub fn masks_along(&self, sides: u8) -> &[usize] {
+        &self.along[sides as usize]
     }
 
     /// A border child of a patch; none beyond the DEM.
@@ -112,16 +125,14 @@ mod tests {
             for parent in grid.squares(1).flat_map(|square| Half::BOTH.map(|half| square.half(half))) {
                 let all = grid.children(parent.square).map(|child| child.half(parent.half));
                 let is_border = |child: &Patch| {
-                    let [i, j] = [child.square.column % k, child.square.row % k];
-                    grid.parent(*child) == Some(parent) && grid.touched_sides(child.half, i, j) != 0
+                    grid.parent(*child) == Some(parent) && grid.kin(child.square).touched[child.half as usize] != 0
                 };
                 let expected: Vec<Patch> = all.filter(is_border).collect();
                 let mut found: Vec<Patch> = border.touching(&grid, parent, 7).map(|(_, patch)| patch).collect();
                 found.sort_by_key(|patch| (patch.square.row, patch.square.column));
                 assert_eq!(found, expected, "k {k}, {parent:?}");
                 for (child, patch) in border.touching(&grid, parent, 7) {
-                    let [i, j] = [patch.square.column % k, patch.square.row % k];
-                    assert_eq!(child.touched, grid.touched_sides(patch.half, i, j));
+                    assert_eq!(child.touched, grid.kin(patch.square).touched[patch.half as usize]);
                 }
             }
         }

@@ -83,6 +83,7 @@ pub(crate) struct Change {
 
 impl Change {
     /// The patches.
+    #[inline]
     pub fn patches(self) -> impl Iterator<Item = Patch> {
         Half::BOTH.into_iter().filter(move |half| self.halves & half.bit() != 0).map(move |half| self.square.half(half))
     }

@@ -97,16 +97,35 @@ impl ErrorTable {
     }
 
     /// The error of a patch above the finest layer, drawn plain, in steps.
+    #[inline]
     pub fn plain(&self, grid: &Grid, patch: Patch) -> u16 {
         plain_of(self.half(grid, patch))
     }
 
     /// The error of a border child with a mask other than 0, in steps; for a parent above the finest layer.
+    #[inline]
     pub fn block(&self, grid: &Grid, parent: Patch, child: &BorderChild, mask: u8) -> u16 {
         steps::from_byte(self.half(grid, parent)[PLAIN + child.mask_index(mask)])
     }
 
+    /// Those of both halves of a square, by its position.
+    #[inline]
+    pub fn plain_both(&self, level: u32, index: usize) -> [u16; 2] {
+        let length = self.record_length();
+        let record = &self.layers[level as usize - 1][index * length..][..length];
+        let (north_west, south_east) = record.split_at(length / 2);
+        [plain_of(north_west), plain_of(south_east)]
+    }
+
+    /// The largest error of a patch's border children that touch sides of a mask, with these sides collapsed.
+    #[inline]
+    pub fn worst_block(&self, grid: &Grid, parent: Patch, sides: u8) -> u16 {
+        let blocks = &self.half(grid, parent)[PLAIN..];
+        steps::from_byte(self.border.masks_along(sides).iter().fold(0, |worst, mask| worst.max(blocks[*mask])))
+    }
+
     /// The half of a record that belongs to a patch.
+    #[inline]
     fn half(&self, grid: &Grid, patch: Patch) -> &[u8] {
         let length = self.record_length() / 2;
         let start = (2 * grid.index(patch.square) + patch.half as usize) * length;

@@ -28,14 +28,15 @@
 //! A triangle may lose its area by that. Then it lies on the outline, or two of its corners become one sample (in the
 //! strip along a collapsed side that runs over the rim), so that it vanishes without an edge of its own.
 
+mod family;
 mod layer;
 
-use crate::blocks::Side;
 use crate::cells::CellsHeader;
 use crate::options::Options;
 use crate::window::{Sheet, Window};
 use terrain_core::{Aabb, Heightmap, PatchInstance, PatchTag, Sample};
 
+pub(crate) use family::Kin;
 pub(crate) use layer::Layer;
 
 /// One of the two patches of a square, named after the corner where its right angle is.
@@ -97,6 +98,8 @@ pub(crate) struct Grid {
     pub layers: Vec<Layer>,
     /// The cells that are loaded, where not all is in memory.
     pub window: Window,
+    /// By row and column among a square's children.
+    kin: Vec<Kin>,
 }
 
 /// Squares side by side: in the DEM, and where they are stored.
@@ -136,7 +139,7 @@ impl Grid {
     /// Without height ranges.
     pub fn sized(samples: [u32; 2], spacing_m: [f64; 2], options: &Options, window: Window) -> Self {
         let last = samples.map(|samples| samples - 1);
-        let mut grid = Self { k: options.k, last, spacing_m, layers: Vec::new(), window };
+        let mut grid = Self { k: options.k, last, spacing_m, layers: Vec::new(), window, kin: Kin::all(options.k) };
         for level in 0..options.layers {
             let (step, side) = (grid.k.pow(level), grid.k.pow(level + 1));
             let [size, inside] = [last.map(|end| end.div_ceil(side)), last.map(|end| end / side)];
@@ -185,6 +188,7 @@ impl Grid {
         self.layers.len() as u32 - 1
     }
 
+    #[inline]
     pub fn layer(&self, square: Square) -> &Layer {
         &self.layers[square.level as usize]
     }
@@ -263,6 +267,7 @@ impl Grid {
     }
 
     /// A running number over the DEM: level by level, square by square, half by half.
+    #[inline]
     pub fn patch_number(&self, patch: Patch) -> u32 {
         let Square { column, row, .. } = patch.square;
         let Layer { first_patch, size, .. } = self.layer(patch.square);
@@ -277,10 +282,17 @@ impl Grid {
     /// The same for patches that are stored: below [`Self::places`].
     #[inline]
     pub fn place(&self, patch: Patch) -> u32 {
-        self.layer(patch.square).first_place + self.place_in_level(patch)
+        self.place_at(patch, self.index(patch.square))
+    }
+
+    /// The same where the position of its square is known.
+    #[inline]
+    pub fn place_at(&self, patch: Patch, index: usize) -> u32 {
+        self.layer(patch.square).first_place + 2 * index as u32 + patch.half as u32
     }
 
     /// The same among the patches of one level.
+    #[inline]
     pub fn place_in_level(&self, patch: Patch) -> u32 {
         2 * self.index(patch.square) as u32 + patch.half as u32
     }
@@ -292,107 +304,45 @@ impl Grid {
 
     /// What all batchings say of a patch, in every view. A tag has 27 bits for a number: on the largest DEMs they begin
     /// again.
+    #[inline]
     pub fn tag(&self, patch: Patch) -> PatchTag {
         PatchTag { patch: self.patch_number(patch) % TAG_NUMBERS, level: patch.square.level }
     }
 
+    #[inline]
     pub fn exists(&self, square: Square) -> bool {
         let [columns, rows] = self.layer(square).size;
         square.column < columns && square.row < rows
     }
 
     /// Whether a square reaches over the DEM's last column or row, so that its vertices are clamped.
+    #[inline]
     pub fn crosses_rim(&self, square: Square) -> bool {
         let [columns, rows] = self.layer(square).inside;
         square.column >= columns || square.row >= rows
     }
 
-    /// The squares of the next finer level in a square, row by row.
-    pub fn children(&self, square: Square) -> impl Iterator<Item = Square> + use<> {
-        let level = square.level - 1;
-        let [columns, rows] = self.layers[level as usize].size;
-        let (column, row, k) = (square.column * self.k, square.row * self.k, self.k);
-        (row..(row + k).min(rows))
-            .flat_map(move |row| (column..(column + k).min(columns)).map(move |column| Square { level, column, row }))
-    }
-
-    /// The half of the parent square in which a child patch lies; `i` and `j` are its square's column and row there.
-    pub fn parent_half(&self, child: Half, i: u32, j: u32) -> Half {
-        if i + j + (child as u32) < self.k { Half::NorthWest } else { Half::SouthEast }
-    }
-
-    /// The sides of the parent that a child patch of the parent's own half touches, as a mask.
-    pub fn touched_sides(&self, half: Half, i: u32, j: u32) -> u8 {
-        let [i, j] = match half {
-            Half::NorthWest => [i, j],
-            Half::SouthEast => [self.k - 1 - i, self.k - 1 - j],
-        };
-        let touched = [(Side::Left, i == 0), (Side::Right, j == 0), (Side::Hypotenuse, i + j == self.k - 1)];
-        touched.iter().map(|(side, touches)| side.bit() * *touches as u8).sum()
-    }
-
-    /// The patch of which this one is a single triangle; none on the top layer.
-    pub fn parent(&self, patch: Patch) -> Option<Patch> {
-        let Square { level, column, row } = patch.square;
-        let half = self.parent_half(patch.half, column % self.k, row % self.k);
-        (level < self.top()).then(|| self.parent_square(patch.square).half(half))
-    }
-
-    /// The square of the next coarser level that a square lies in.
-    pub fn parent_square(&self, Square { level, column, row }: Square) -> Square {
-        Square { level: level + 1, column: column / self.k, row: row / self.k }
-    }
-
-    /// The square of the coarsest level that a square lies in.
-    pub fn cell_of(&self, square: Square) -> Square {
-        (square.level..self.top()).fold(square, |square, _| self.parent_square(square))
-    }
-
-    /// The halves of a child square that lie in the given halves of its parent.
-    pub fn children_of(&self, parents: u8, child: Square) -> u8 {
-        let (i, j) = (child.column % self.k, child.row % self.k);
-        let inside = |half: &Half| parents & self.parent_half(*half, i, j).bit() != 0;
-        Half::BOTH.iter().filter(|half| inside(half)).map(|half| half.bit()).sum()
-    }
-
-    /// The patch of the same level on the other side of an edge; none beyond the DEM.
-    pub fn neighbour(&self, patch: Patch, side: Side) -> Option<Patch> {
-        let Square { level, column, row } = patch.square;
-        let (column, row) = match (patch.half, side) {
-            (_, Side::Hypotenuse) => (column, row),
-            (Half::NorthWest, Side::Left) => (column.checked_sub(1)?, row),
-            (Half::NorthWest, Side::Right) => (column, row.checked_sub(1)?),
-            (Half::SouthEast, Side::Left) => (column + 1, row),
-            (Half::SouthEast, Side::Right) => (column, row + 1),
-        };
-        let square = Square { level, column, row };
-        self.exists(square).then_some(square.half(patch.half.other()))
-    }
-
-    /// Where the squares beyond a patch's sides are stored: those of its [`Self::neighbour`]s, all at once.
-    pub fn beyond(&self, patch: Patch) -> [Option<usize>; 3] {
-        if self.layer(patch.square).wraps {
-            return Side::ALL.map(|side| Some(self.index(self.neighbour(patch, side)?.square)));
-        }
-        let (Square { column, row, .. }, index) = (patch.square, self.index(patch.square));
-        let [columns, rows] = self.layer(patch.square).size;
-        let below = columns as usize;
-        match patch.half {
-            Half::NorthWest => [Some(index), (column > 0).then(|| index - 1), (row > 0).then(|| index - below)],
-            Half::SouthEast => {
-                [Some(index), (column + 1 < columns).then(|| index + 1), (row + 1 < rows).then(|| index + below)]
-            }
-        }
-    }
-
     /// The world box of a square, clamped to the DEM.
+    #[inline]
     pub fn bounds_world(&self, square: Square) -> Aabb {
-        let side = self.layer(square).side;
-        let [low, high] = self.layer(square).heights_m[self.index(square)].map(f64::from);
-        let [x, z] = [(0, square.column), (1, square.row)].map(|(axis, at)| {
-            [at * side, ((at + 1) * side).min(self.last[axis])].map(|at| at as f64 * self.spacing_m[axis])
-        });
+        let [low, high] = self.heights_m(square.level, self.index(square));
+        let [x, z] = [self.interval_m(0, square.level, square.column), self.interval_m(1, square.level, square.row)];
         Aabb { min: [x[0], low, z[0]], max: [x[1], high, z[1]] }
+    }
+
+    /// Lowest and highest sample of the square at a position.
+    #[inline]
+    pub fn heights_m(&self, level: u32, index: usize) -> [f64; 2] {
+        let [low, high] = self.layers[level as usize].heights_m[index];
+        [low as f64, high as f64]
+    }
+
+    /// From where to where the squares of a column (axis 0) or row (axis 1) reach, clamped to the DEM.
+    #[inline]
+    pub fn interval_m(&self, axis: usize, level: u32, at: u32) -> [f64; 2] {
+        let side = self.layers[level as usize].side;
+        let [first, last] = [at * side, ((at + 1) * side).min(self.last[axis])];
+        [first as f64 * self.spacing_m[axis], last as f64 * self.spacing_m[axis]]
     }
 
     /// Metres of a leg of the small triangles of a level, along the axis with the wider spacing.
@@ -407,6 +357,7 @@ impl Grid {
     }
 
     /// The map from a patch's local vertices to samples: u leads to the left end, v to the right end.
+    #[inline]
     pub fn instance(&self, patch: Patch) -> PatchInstance {
         let Layer { step, side, .. } = *self.layer(patch.square);
         let Square { column, row, .. } = patch.square;

@@ -2,10 +2,11 @@
 //!
 //! The tree of squares is culled from the top. A square that was wholly in sight, still is, and holds no changed
 //! level is left as it is, and so is one that was and still is out of sight: a frame visits the squares that the
-//! frustum's planes cross, those that enter or leave, and those where levels have changed.
+//! frustum's planes cross, those that enter or leave, and those where levels have changed. After a jump that is nearly
+//! all there is: then all leaves are collected anew.
 
 use crate::grid::{Grid, Half, Square};
-use crate::leaves::{Sight, coarser_sides, leaf_masks, look};
+use crate::leaves::{self, Leaf, Sight, Sink, coarser_sides, leaf_masks, look};
 use crate::levels::Levels;
 use crate::slots::Slots;
 use terrain_core::View;
@@ -13,9 +14,15 @@ use terrain_core::View;
 /// Bytes of [`InSight`] for one square.
 pub(crate) const BYTES_A_SQUARE: u64 = size_of::<State>() as u64;
 
-/// What the last frame has found, by level and square; nothing for level 0.
+/// To follow one change of levels takes about as long as to collect so many leaves.
+const CHANGE_COST: usize = 40;
+
+/// What the last frame has found.
 pub(crate) struct InSight {
+    /// By level and square; nothing for level 0.
     layers: Vec<Vec<State>>,
+    /// How many leaves take as long as to follow one change.
+    change_cost: usize,
 }
 
 #[derive(Clone, Copy)]
@@ -25,22 +32,35 @@ struct State {
     changed: bool,
 }
 
+const NOTHING: State = State { sight: Sight::None, changed: false };
+
 impl InSight {
     /// Nothing is in sight.
     pub fn new(grid: &Grid) -> Self {
-        let nothing = State { sight: Sight::None, changed: false };
         let squares = |level: u32| if level == 0 { 0 } else { grid.layers[level as usize].squares_stored() };
-        Self { layers: (0..=grid.top()).map(|level| vec![nothing; squares(level)]).collect() }
+        let layers = (0..=grid.top()).map(|level| vec![NOTHING; squares(level)]).collect();
+        Self { layers, change_cost: CHANGE_COST }
     }
 
     /// Follows to a new view: has `slots` draw the leaves that are in sight, and no others.
     pub fn follow(&mut self, grid: &Grid, levels: &Levels, culling: Option<&View>, slots: &mut Slots) {
+        if levels.changed().len().saturating_mul(self.change_cost) > slots.drawn() {
+            return self.collect(grid, levels, culling, slots);
+        }
         levels.changed().iter().for_each(|square| self.mark(grid, *square));
         let mut visit = Visit { grid, levels, layers: &mut self.layers, slots };
         for cell in grid.squares(grid.top()) {
             // Nothing is coarser than the top layer.
             visit.square(cell, [Some(0); 2], culling);
         }
+    }
+
+    /// The same from nothing.
+    fn collect(&mut self, grid: &Grid, levels: &Levels, culling: Option<&View>, slots: &mut Slots) {
+        slots.clear();
+        self.layers.iter_mut().for_each(|layer| layer.fill(NOTHING));
+        let mut anew = Anew { grid, layers: &mut self.layers, slots };
+        grid.squares(grid.top()).for_each(|cell| leaves::collect(grid, levels, cell, culling, &mut anew));
     }
 
     /// Marks a square and all above it. What is out of sight needs no mark: all of it is visited when it comes in
@@ -59,10 +79,34 @@ impl InSight {
         }
     }
 
+    /// Has leaves collected anew where any level has changed, or never.
+    #[cfg(test)]
+    pub fn collect_anew(&mut self, always: bool) {
+        self.change_cost = if always { usize::MAX } else { 0 };
+    }
+
     /// As if all levels had changed.
     #[cfg(test)]
     pub fn mark_all(&mut self) {
         self.layers.iter_mut().flatten().for_each(|state| state.changed = true);
+    }
+}
+
+/// Draws the leaves that are collected, where nothing is drawn.
+struct Anew<'a> {
+    grid: &'a Grid,
+    layers: &'a mut [Vec<State>],
+    slots: &'a mut Slots,
+}
+
+impl Sink for Anew<'_> {
+    #[inline]
+    fn leaf(&mut self, Leaf { patch, mask }: Leaf, index: usize) {
+        self.slots.enter(self.grid.place_at(patch, index), mask, self.grid.instance(patch));
+    }
+
+    fn seen(&mut self, square: Square, index: usize, sight: Sight) {
+        self.layers[square.level as usize][index].sight = sight;
     }
 }
 
@@ -100,10 +144,12 @@ impl Visit<'_> {
 
     fn children(&mut self, square: Square, split: u8, culling: Option<&View>) {
         let coarser = coarser_sides(self.grid, self.levels, square, split);
-        for child in self.grid.children(square) {
-            match leaf_masks(self.grid, coarser, child) {
-                [None, None] => self.clear(child),
-                masks => self.square(child, masks, culling),
+        for row in self.grid.brood(square) {
+            for (child, _, kin) in row.children() {
+                match leaf_masks(coarser, kin) {
+                    [None, None] => self.clear(child),
+                    masks => self.square(child, masks, culling),
+                }
             }
         }
     }
@@ -118,7 +164,9 @@ impl Visit<'_> {
             if std::mem::replace(&mut state.sight, Sight::None) == Sight::None {
                 return;
             }
-            self.grid.children(square).for_each(|child| self.clear(child));
+            for row in self.grid.brood(square) {
+                row.children().for_each(|(child, ..)| self.clear(child));
+            }
         }
         Half::BOTH.into_iter().for_each(|half| self.set(square, half, None));
     }

@@ -44,6 +44,12 @@ impl Instanced {
         self.slots.draw(blocks, plan);
     }
 
+    /// Collects all leaves anew where any level has changed, or never.
+    #[cfg(test)]
+    pub fn collect_anew(&mut self, always: bool) {
+        self.in_sight.collect_anew(always);
+    }
+
     /// Looks at every square in the next view.
     #[cfg(test)]
     pub fn forget(&mut self) {

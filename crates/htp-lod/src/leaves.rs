@@ -6,7 +6,7 @@
 //! drawn.
 
 use crate::blocks::ALL_COLLAPSED;
-use crate::grid::{Grid, Half, Patch, Square};
+use crate::grid::{Grid, Half, Kin, Patch, Square};
 use crate::levels::Levels;
 use terrain_core::View;
 
@@ -26,7 +26,23 @@ pub(crate) enum Sight {
     Whole,
 }
 
+/// What becomes of the leaves, and what is to be known of the way to them.
+pub(crate) trait Sink {
+    /// A leaf, and the position of its square.
+    fn leaf(&mut self, leaf: Leaf, index: usize);
+
+    /// A square above the finest layer that is in sight.
+    fn seen(&mut self, _square: Square, _index: usize, _sight: Sight) {}
+}
+
+impl Sink for Vec<Leaf> {
+    fn leaf(&mut self, leaf: Leaf, _index: usize) {
+        self.push(leaf);
+    }
+}
+
 /// How much of a square may be in sight; all without culling.
+#[inline]
 pub(crate) fn look(grid: &Grid, square: Square, culling: Option<&View>) -> Sight {
     let Some(view) = culling else { return Sight::Whole };
     let bounds = grid.bounds_world(square);
@@ -38,59 +54,77 @@ pub(crate) fn look(grid: &Grid, square: Square, culling: Option<&View>) -> Sight
 }
 
 /// The coarser sides of the halves of a square that are split.
+#[inline]
 pub(crate) fn coarser_sides(grid: &Grid, levels: &Levels, square: Square, split: u8) -> [Option<u8>; 2] {
-    let is_split = |half: Half| split & half.bit() != 0;
-    Half::BOTH.map(|half| is_split(half).then(|| levels.split().coarser_sides(grid, square.half(half))))
+    let [north_west, south_east] = levels.split().coarser_sides_of_both(grid, square);
+    let of = |half: Half, sides: u8| (split & half.bit() != 0).then_some(sides);
+    [of(Half::NorthWest, north_west), of(Half::SouthEast, south_east)]
 }
 
 /// The masks of the halves of a child square whose parents are split, from [`coarser_sides`] of its parent.
-pub(crate) fn leaf_masks(grid: &Grid, coarser_sides: [Option<u8>; 2], child: Square) -> [Option<u8>; 2] {
-    let (i, j) = (child.column % grid.k, child.row % grid.k);
-    Half::BOTH.map(|half| {
-        let parent = grid.parent_half(half, i, j);
-        let touched = if parent == half { grid.touched_sides(half, i, j) } else { 0 };
-        coarser_sides[parent as usize].map(|coarser| coarser & touched)
-    })
+#[inline]
+pub(crate) fn leaf_masks(coarser_sides: [Option<u8>; 2], kin: &Kin) -> [Option<u8>; 2] {
+    let mask = |half: Half| {
+        let coarser = coarser_sides[kin.parents[half as usize] as usize];
+        coarser.map(|coarser| coarser & kin.touched[half as usize])
+    };
+    [mask(Half::NorthWest), mask(Half::SouthEast)]
 }
 
-/// Appends the leaves of one cell; with a view, only those whose square may be in sight.
-pub(crate) fn collect(grid: &Grid, levels: &Levels, cell: Square, culling: Option<&View>, leaves: &mut Vec<Leaf>) {
+/// Passes on the leaves of one cell; with a view, only those whose square may be in sight.
+pub(crate) fn collect(grid: &Grid, levels: &Levels, cell: Square, culling: Option<&View>, sink: &mut impl Sink) {
     // Nothing is coarser than the top layer.
-    Visit { grid, levels, leaves }.square(cell, [Some(0); 2], culling);
+    Visit { grid, levels, sink }.square(cell, grid.index(cell), [Some(0); 2], culling);
 }
 
-struct Visit<'a> {
+struct Visit<'a, S> {
     grid: &'a Grid,
     levels: &'a Levels,
-    leaves: &'a mut Vec<Leaf>,
+    sink: &'a mut S,
 }
 
-impl Visit<'_> {
+impl<S: Sink> Visit<'_, S> {
     /// `masks` holds the masks of the halves whose parent is split. `culling` is none where all is in sight.
-    fn square(&mut self, square: Square, masks: [Option<u8>; 2], culling: Option<&View>) {
+    fn square(&mut self, square: Square, index: usize, masks: [Option<u8>; 2], culling: Option<&View>) {
         let sight = look(self.grid, square, culling);
         if sight == Sight::None {
             return;
         }
         let split = self.levels.split().halves(self.grid, square);
-        for half in Half::BOTH.into_iter().filter(|half| split & half.bit() == 0) {
-            if let Some(mask) = masks[half as usize] {
-                let patch = square.half(half);
-                assert_ne!(mask, ALL_COLLAPSED, "{patch:?} meets coarser patches on all sides");
-                self.leaves.push(Leaf { patch, mask });
+        self.leaves(square, index, masks, split);
+        if square.level > 0 {
+            self.sink.seen(square, index, sight);
+            if split != 0 {
+                self.children(square, split, culling.filter(|_| sight == Sight::Part));
             }
-        }
-        if split != 0 {
-            self.children(square, split, culling.filter(|_| sight == Sight::Part));
         }
     }
 
-    fn children(&mut self, square: Square, split: u8, culling: Option<&View>) {
-        let coarser = coarser_sides(self.grid, self.levels, square, split);
-        for child in self.grid.children(square) {
-            let masks = leaf_masks(self.grid, coarser, child);
-            if masks != [None; 2] {
-                self.square(child, masks, culling);
+    /// The halves that are not split.
+    #[inline]
+    fn leaves(&mut self, square: Square, index: usize, masks: [Option<u8>; 2], split: u8) {
+        for half in Half::BOTH {
+            let Some(mask) = masks[half as usize] else { continue };
+            if split & half.bit() == 0 {
+                let patch = square.half(half);
+                assert_ne!(mask, ALL_COLLAPSED, "{patch:?} meets coarser patches on all sides");
+                self.sink.leaf(Leaf { patch, mask }, index);
+            }
+        }
+    }
+
+    fn children(&mut self, parent: Square, split: u8, culling: Option<&View>) {
+        let coarser = coarser_sides(self.grid, self.levels, parent, split);
+        // Most leaves are of the finest layer, and most of their parents wholly in sight.
+        let are_leaves_in_sight = parent.level == 1 && culling.is_none();
+        for row in self.grid.brood(parent) {
+            for (square, index, kin) in row.children() {
+                let masks = leaf_masks(coarser, kin);
+                if are_leaves_in_sight {
+                    self.leaves(square, index, masks, 0);
+                } else if masks != [None; 2] {
+                    self.square(square, index, masks, culling);
+                }
             }
         }
     }

@@ -3,6 +3,7 @@
 //! A patch that is split is drawn as the patches of the next finer layer that it consists of; a patch is drawn when
 //! its parent is split and it is not.
 
+use crate::blocks::Side;
 use crate::closure::{Change, Closure};
 use crate::grid::{Grid, Square};
 use crate::rule::Rule;
@@ -51,7 +52,7 @@ impl Levels {
             return self.close(rule.grid, Some(rule));
         }
         let changes = self.closure.follow(rule, &self.odometer, &self.wishes, &mut self.split, reopened);
-        changes.into_iter().for_each(|change| self.note(rule.grid, change));
+        changes.into_iter().for_each(|change| note(&mut self.changed, rule.grid, change));
     }
 
     /// To be told when more or less may be split than before, since cells have come or gone; `fewer` are those in which
@@ -86,26 +87,16 @@ impl Levels {
 
     /// Lists what has changed on one level.
     fn compare(&mut self, grid: &Grid, level: u32) {
-        let columns = grid.layers[level as usize].stored[0] as usize;
-        for start in (0..self.split.0[level as usize].len()).step_by(columns) {
-            let [now, before] = [&self.split, &self.before].map(|split| &split.0[level as usize][start..][..columns]);
-            if now == before {
-                continue;
+        /// Squares that are compared at once: on large DEMs most are as before.
+        const RUN: usize = 64;
+        let Self { split, before, changed, .. } = self;
+        let runs = split.0[level as usize].chunks(RUN).zip(before.0[level as usize].chunks(RUN)).enumerate();
+        for (run, (now, before)) in runs.filter(|(_, (now, before))| now != before) {
+            for (at, (now, before)) in now.iter().zip(before).enumerate().filter(|(_, (now, before))| now != before) {
+                let square = grid.square_at(level, RUN * run + at);
+                note(changed, grid, Change { square, halves: now ^ before });
             }
-            let changes = now.iter().zip(before).enumerate().filter(|(_, (now, before))| now != before);
-            let change = |(at, (now, before)): (usize, (&u8, &u8))| Change {
-                square: grid.square_at(level, start + at),
-                halves: now ^ before,
-            };
-            let changes: Vec<Change> = changes.map(change).collect();
-            changes.into_iter().for_each(|change| self.note(grid, change));
         }
-    }
-
-    /// Lists a change.
-    fn note(&mut self, grid: &Grid, change: Change) {
-        self.changed.push(change.square);
-        self.changed.extend(change.beyond(grid).map(|patch| patch.square));
     }
 
     /// Takes wishes as given, whatever the metric.
@@ -132,5 +123,16 @@ impl Levels {
     #[cfg(test)]
     pub fn forget(&mut self) {
         self.odometer = Odometer::default();
+    }
+}
+
+/// Lists a change, and what lies beyond its sides.
+fn note(changed: &mut Vec<Square>, grid: &Grid, change: Change) {
+    changed.push(change.square);
+    for patch in change.patches() {
+        // Beyond the hypotenuse the square is the same.
+        for side in [Side::Left, Side::Right] {
+            changed.extend(grid.neighbour(patch, side).map(|beyond| beyond.square));
+        }
     }
 }

@@ -70,8 +70,7 @@ impl Repair<'_> {
     /// Whether all blocks are fine even where the eye is nearest to the patch: one comparison for all of them, and
     /// mostly the only one.
     fn are_all_fine(&self, parent: Patch, coarser: u8, verdict: &mut Verdict) -> bool {
-        let error = |child: &BorderChild| self.rule.block_error(parent, child, coarser & child.touched);
-        let error = self.border.children.iter().map(error).max().unwrap_or(0);
+        let error = self.rule.worst_block_error(parent, coarser);
         if error == 0 {
             return true;
         }

@@ -34,6 +34,32 @@ enum Metric<'a> {
     Error { table: &'a ErrorTable, reach_per_step_m: f64 },
 }
 
+/// How far the eye is from the columns and from the rows of a square's children, in square metres along the axis.
+#[derive(Default)]
+pub(crate) struct Ways {
+    eye_m: f64,
+    columns_m2: [f64; LARGEST_K],
+    rows_m2: [f64; LARGEST_K],
+}
+
+const LARGEST_K: usize = Options::MAX_K as usize;
+
+impl Ways {
+    /// [`Rule::distance_m`] of the child in a column and row, with its heights.
+    #[inline]
+    pub fn distance_m(&self, [i, j]: [usize; 2], heights_m: [f64; 2]) -> f64 {
+        let way_m = way_m(self.eye_m, heights_m);
+        (self.columns_m2[i] + way_m * way_m + self.rows_m2[j]).sqrt()
+    }
+}
+
+/// The way to an interval. All are numbers, which `f64::max` does not count on.
+#[inline]
+fn way_m(from_m: f64, [low_m, high_m]: [f64; 2]) -> f64 {
+    let nearest_m = if from_m < low_m { low_m } else { from_m };
+    (if nearest_m > high_m { high_m } else { nearest_m }) - from_m
+}
+
 /// An answer, and how far the eye can move before it may be another one.
 #[derive(Clone, Copy)]
 pub(crate) struct Answer {
@@ -68,20 +94,28 @@ impl<'a> Rule<'a> {
 
     /// The halves of a square that want to be split, and the slack of both answers.
     pub fn wish(&self, square: Square) -> (u8, f64) {
-        let distance_m = self.distance_m(square);
-        let [north_west, south_east] = self.reaches_m(square).map(|reach_m| answer(distance_m, reach_m));
-        let halves = Half::NorthWest.bit() * north_west.near as u8 + Half::SouthEast.bit() * south_east.near as u8;
-        (halves, north_west.slack_m.min(south_east.slack_m))
+        Self::wish_at(self.distance_m(square), self.reaches_m(square, self.grid.index(square)))
     }
 
-    fn reaches_m(&self, square: Square) -> [f64; 2] {
+    /// The same in a distance that is known, and with the reaches of both halves.
+    #[inline]
+    pub fn wish_at(distance_m: f64, [north_west_m, south_east_m]: [f64; 2]) -> (u8, f64) {
+        let [north_west, south_east] = [answer(distance_m, north_west_m), answer(distance_m, south_east_m)];
+        let halves = Half::NorthWest.bit() * north_west.near as u8 + Half::SouthEast.bit() * south_east.near as u8;
+        (halves, sooner(north_west.slack_m, south_east.slack_m))
+    }
+
+    /// How far the halves of a square at a position reach.
+    #[inline(always)] // in the innermost loop of a jump
+    pub fn reaches_m(&self, square: Square, index: usize) -> [f64; 2] {
         match &self.metric {
             Metric::Distance { reach_m } => [reach_m[square.level as usize]; 2],
             Metric::Box { reach_per_metre } => {
                 [reach_per_metre * self.grid.longest_edge_m(square) / self.grid.k as f64; 2]
             }
             Metric::Error { table, reach_per_step_m } => {
-                Half::BOTH.map(|half| table.plain(self.grid, square.half(half)) as f64 * reach_per_step_m)
+                let [north_west, south_east] = table.plain_both(square.level, index);
+                [north_west as f64 * reach_per_step_m, south_east as f64 * reach_per_step_m]
             }
         }
     }
@@ -94,7 +128,17 @@ impl<'a> Rule<'a> {
         }
     }
 
+    /// The largest error of a patch's border children where these sides are coarser.
+    #[inline]
+    pub fn worst_block_error(&self, parent: Patch, coarser: u8) -> u16 {
+        match &self.metric {
+            Metric::Error { table, .. } => table.worst_block(self.grid, parent, coarser),
+            _ => 0,
+        }
+    }
+
     /// Whether an error in steps is too large in a square.
+    #[inline]
     pub fn is_too_bad(&self, distance_m: f64, error: u16) -> Answer {
         match &self.metric {
             Metric::Error { reach_per_step_m, .. } => answer(distance_m, error as f64 * reach_per_step_m),
@@ -104,7 +148,7 @@ impl<'a> Rule<'a> {
 
     /// How many pixels the metric counts for the worst of some halves of a square, where the limit would split them.
     pub fn patch_px(&self, square: Square, halves: u8) -> f64 {
-        let reaches_m = Half::BOTH.map(|half| (half, self.reaches_m(square)[half as usize]));
+        let reaches_m = Half::BOTH.map(|half| (half, self.reaches_m(square, self.grid.index(square))[half as usize]));
         let of = reaches_m.into_iter().filter(|(half, _)| halves & half.bit() != 0).map(|(_, reach_m)| reach_m);
         self.px(square, of.fold(0.0, f64::max))
     }
@@ -127,11 +171,31 @@ impl<'a> Rule<'a> {
         self.view.sees(&self.grid.bounds_world(square))
     }
 
+    #[inline]
     pub fn distance_m(&self, square: Square) -> f64 {
         self.view.distance_m(&self.grid.bounds_world(square))
     }
+
+    /// Finds the ways to a square's children.
+    pub fn measure_ways(&self, parent: Square, ways: &mut Ways) {
+        let (grid, level, k) = (self.grid, parent.level - 1, self.grid.k);
+        let [x, y, z] = self.view.eye_world.to_array();
+        ways.eye_m = y;
+        for at in 0..k {
+            let column_m = way_m(x, grid.interval_m(0, level, parent.column * k + at));
+            let row_m = way_m(z, grid.interval_m(1, level, parent.row * k + at));
+            (ways.columns_m2[at as usize], ways.rows_m2[at as usize]) = (column_m * column_m, row_m * row_m);
+        }
+    }
 }
 
+/// The smaller of two numbers, which `f64::min` does not count on.
+#[inline]
+pub(crate) fn sooner(a: f64, b: f64) -> f64 {
+    if b < a { b } else { a }
+}
+
+#[inline]
 fn answer(distance_m: f64, reach_m: f64) -> Answer {
     Answer { near: distance_m < reach_m, slack_m: (distance_m - reach_m).abs() }
 }

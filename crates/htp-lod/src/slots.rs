@@ -25,6 +25,8 @@ pub(crate) struct Slots {
     rooms: Rooms,
     /// Bytes of the instance buffer.
     bytes: u64,
+    /// Whether this frame draws all anew.
+    anew: bool,
 }
 
 /// The patches that one index list draws.
@@ -56,7 +58,34 @@ impl Slots {
             arrays: Default::default(),
             rooms: Rooms::new(MASKS),
             bytes: size_of::<PatchInstance>() as u64,
+            anew: false,
         }
+    }
+
+    /// Patches that are drawn.
+    pub fn drawn(&self) -> usize {
+        self.arrays.iter().map(|array| array.patches.len()).sum()
+    }
+
+    /// Draws nothing. What [enters](Self::enter) from now on is sent as a whole: less work where nearly all changes.
+    pub fn clear(&mut self) {
+        for array in &mut self.arrays {
+            let drawn = array.patches.drain(..).filter(|patch| *patch != NOWHERE);
+            drawn.for_each(|patch| self.places[patch as usize] = NOWHERE);
+            array.instances.clear();
+            array.holes.clear();
+        }
+        self.anew = true;
+    }
+
+    /// Draws a patch that was not drawn since all was cleared in this frame.
+    #[inline]
+    pub fn enter(&mut self, patch: u32, mask: u8, instance: PatchInstance) {
+        debug_assert!(self.anew && self.places[patch as usize] == NOWHERE, "patch {patch} is drawn already");
+        let array = &mut self.arrays[mask as usize];
+        self.places[patch as usize] = place(mask, array.patches.len());
+        array.patches.push(patch);
+        array.instances.push(instance);
     }
 
     /// Bytes of the instance buffer.
@@ -91,8 +120,9 @@ impl Slots {
             std::array::from_fn(|mask| self.rooms.reserve(mask, self.arrays[mask].patches.len() as u32));
         self.grow(plan);
         for (mask, moved) in moved.into_iter().enumerate() {
-            self.arrays[mask].upload(moved, self.rooms.start(mask), plan);
+            self.arrays[mask].upload(moved || self.anew, self.rooms.start(mask), plan);
         }
+        self.anew = false;
     }
 
     fn grow(&mut self, plan: &mut FramePlan) {
@@ -160,14 +190,17 @@ impl Array {
         self.written[slot / 64] |= 1 << (slot % 64);
     }
 
-    /// Sends each run of written slots, or all where the room has changed or most are written.
-    fn upload(&mut self, moved: bool, start: u32, plan: &mut FramePlan) {
+    /// Sends each run of written slots, or all where that is asked for or most are written.
+    fn upload(&mut self, all: bool, start: u32, plan: &mut FramePlan) {
         let mut send = |slots: Range<usize>| {
+            if slots.is_empty() {
+                return;
+            }
             let offset = (start as usize + slots.start) * size_of::<PatchInstance>();
             plan.upload(Buffer::Instances, offset as u64, &self.instances[slots]);
         };
         let written: u32 = self.written.iter().map(|bits| bits.count_ones()).sum();
-        if moved || 2 * written as usize > self.instances.len() {
+        if all || 2 * written as usize > self.instances.len() {
             send(0..self.instances.len());
         } else {
             // What was written and then dropped from the end is not sent.
@@ -248,18 +281,46 @@ mod tests {
                     changes += (before != mask) as usize * (before.is_some() as usize + mask.is_some() as usize);
                     slots.set(patch, mask, || numbered(patch));
                 }
+                let anew = random.below(8) == 0;
+                if anew {
+                    slots.clear();
+                    expected.retain(|patch, _| patch % 5 > 0);
+                    expected.iter().for_each(|(patch, mask)| slots.enter(*patch, *mask, numbered(*patch)));
+                }
                 slots.upload(&mut plan);
+                assert_eq!(slots.drawn(), expected.len());
                 slots.draw(&blocks, &mut plan);
                 carry_out(&plan, &mut buffer);
                 assert_eq!(buffer.len() as u64, slots.bytes());
                 assert_eq!(drawn(&plan, &blocks, &buffer), expected, "seed {seed}");
                 let writes = plan.bytes.len() / 20;
                 // Twice: where most slots are written, all are sent.
-                assert!(writes <= 2 * changes || !plan.growths.is_empty(), "seed {seed}: {writes} for {changes}");
+                let is_little = writes <= if anew { expected.len() } else { 2 * changes };
+                assert!(is_little || !plan.growths.is_empty(), "seed {seed}: {writes} for {changes}");
                 writes_saved += changes.saturating_sub(writes);
             }
             assert!(writes_saved > 0);
         }
+    }
+
+    /// A streamed plan looks twice at what is in sight: once for cells that leave, once for those that have entered.
+    #[test]
+    fn all_is_cleared_in_a_frame_in_which_patches_have_left() {
+        let (mut slots, blocks, mut buffer) = (Slots::new(9), Blocks::new(3), vec![0; 20]);
+        let mut plan = FramePlan::default();
+        (0..6).for_each(|patch| slots.set(patch, Some(0), || numbered(patch)));
+        slots.upload(&mut plan);
+        carry_out(&plan, &mut buffer);
+        plan.clear();
+        slots.set(2, None, || numbered(2));
+        slots.clear();
+        slots.enter(4, 0, numbered(4));
+        slots.set(5, Some(3), || numbered(5));
+        slots.set(4, None, || numbered(4));
+        slots.upload(&mut plan);
+        slots.draw(&blocks, &mut plan);
+        carry_out(&plan, &mut buffer);
+        assert_eq!(drawn(&plan, &blocks, &buffer), BTreeMap::from([(5, 3)]));
     }
 
     #[test]

@@ -9,10 +9,12 @@ pub(crate) struct Split(pub Vec<Vec<u8>>);
 
 impl Split {
     /// The halves of a square that are split.
+    #[inline]
     pub fn halves(&self, grid: &Grid, square: Square) -> u8 {
         if square.level == 0 { 0 } else { self.0[square.level as usize][grid.index(square)] }
     }
 
+    #[inline]
     pub fn contains(&self, grid: &Grid, patch: Patch) -> bool {
         self.halves(grid, patch.square) & patch.half.bit() != 0
     }
@@ -45,19 +47,30 @@ impl Split {
             let is_inside = |at: usize| !ends.contains(&at) && is_inside(bits, columns, start + at);
             for at in non_zero(line).filter(|at| !is_inside(*at)) {
                 let square = Square { column: first.column + at as u32, ..first };
-                let split = Half::BOTH.into_iter().filter(|half| line[at] & half.bit() != 0);
-                let patches = split.map(|half| square.half(half));
-                list.extend(patches.filter(|patch| self.coarser_sides(grid, *patch) != 0));
+                let sides = self.coarser_sides_of_both(grid, square);
+                for half in Half::BOTH {
+                    if line[at] & half.bit() != 0 && sides[half as usize] != 0 {
+                        list.push(square.half(half));
+                    }
+                }
             }
         }
     }
 
+    /// [`Self::coarser_sides`] of both halves of a square, as if both were split.
+    #[inline]
+    pub fn coarser_sides_of_both(&self, grid: &Grid, square: Square) -> [u8; 2] {
+        [self.coarser_sides(grid, square.half(Half::NorthWest)), self.coarser_sides(grid, square.half(Half::SouthEast))]
+    }
+
     /// The sides of a split patch beyond which nothing is split: there its children meet a coarser neighbour.
+    #[inline]
     pub fn coarser_sides(&self, grid: &Grid, patch: Patch) -> u8 {
         let (bits, other) = (&self.0[patch.square.level as usize], patch.half.other().bit());
         let beyond = grid.beyond(patch);
         let coarser = |side: Side| beyond[side as usize].is_some_and(|index| bits[index] & other == 0);
-        Side::ALL.into_iter().map(|side| side.bit() * coarser(side) as u8).sum()
+        let bit = |side: Side| side.bit() * coarser(side) as u8;
+        bit(Side::Hypotenuse) | bit(Side::Left) | bit(Side::Right)
     }
 }
 

@@ -7,7 +7,7 @@
 //! A frame visits only the squares where that has come, which are few: see `odometer`.
 
 use crate::grid::{BOTH_HALVES, Grid, Half, Square};
-use crate::rule::Rule;
+use crate::rule::{Rule, Ways, sooner};
 use std::collections::BTreeMap;
 use terrain_core::odometer::{NEVER, Odometer, PASSED, rounded_down};
 
@@ -101,11 +101,14 @@ impl Wishes {
     pub fn update(&mut self, rule: &Rule, odometer: &Odometer) {
         self.flipped.iter_mut().for_each(Vec::clear);
         let grid = rule.grid;
-        if grid.top() > 0 {
-            for (index, cell) in grid.squares(grid.top()).enumerate() {
-                if odometer.has_passed(self.deadlines_m[cell.level as usize][index].into()) {
-                    self.visit(rule, odometer, cell, BOTH_HALVES);
-                }
+        if grid.top() == 0 {
+            return;
+        }
+        for (index, cell) in grid.squares(grid.top()).enumerate() {
+            if odometer.has_passed(self.deadlines_m[cell.level as usize][index].into()) {
+                let (wish, slack_m) = rule.wish(cell);
+                let deadline_m = self.decide(rule, odometer, (cell, index), wish, odometer.deadline_m(slack_m));
+                self.deadlines_m[cell.level as usize][index] = rounded_down(deadline_m);
             }
         }
     }
@@ -115,38 +118,78 @@ impl Wishes {
         self.deadlines_m.iter_mut().for_each(|layer| layer.fill(PASSED as f32));
     }
 
-    /// Decides for a square of which some halves have a parent that wants to be split. Returns its next deadline.
-    fn visit(&mut self, rule: &Rule, odometer: &Odometer, square: Square, with_parent: u8) -> f64 {
-        let (level, index) = (square.level as usize, rule.grid.index(square));
-        let before = self.halves[level][index];
-        let (mut now, mut deadline_m) = match with_parent {
-            0 => (0, NEVER),
-            _ => {
-                let (wish, slack_m) = rule.wish(square);
-                (wish & with_parent, odometer.deadline_m(slack_m))
+    /// Takes note of what a square at a position wishes for until a deadline, and has its children visited where that may
+    /// concern them. Returns the next deadline of any.
+    #[inline]
+    fn decide(
+        &mut self,
+        rule: &Rule,
+        odometer: &Odometer,
+        (square, index): (Square, usize),
+        mut wish: u8,
+        deadline_m: f64,
+    ) -> f64 {
+        let grid = rule.grid;
+        if square.level <= grid.window.streamed {
+            let denied = if grid.may_split(square) { 0 } else { wish };
+            self.deny(grid, square, denied);
+            wish &= !denied;
+        }
+        let is_whole = wish == 0 || wish == BOTH_HALVES;
+        debug_assert!(is_whole || !grid.crosses_rim(square), "{square:?} wants one half at the rim");
+        let flips = std::mem::replace(&mut self.halves[square.level as usize][index], wish) != wish;
+        if flips {
+            self.flipped[square.level as usize].push(square);
+        }
+        if square.level == 1 || (wish == 0 && !flips) {
+            deadline_m
+        } else if wish == 0 {
+            self.merge_children(rule, odometer, square);
+            deadline_m
+        } else {
+            sooner(deadline_m, self.visit_children(rule, odometer, square, wish, flips))
+        }
+    }
+
+    /// Decides for the children that are due, or for all. Returns the next deadline of any.
+    fn visit_children(&mut self, rule: &Rule, odometer: &Odometer, parent: Square, wish: u8, all: bool) -> f64 {
+        let (grid, level, mut soonest_m) = (rule.grid, parent.level - 1, NEVER);
+        let mut ways = Ways::default();
+        rule.measure_ways(parent, &mut ways);
+        for row in grid.brood(parent) {
+            let j = row.j;
+            for (i, (square, index, kin)) in row.children().enumerate() {
+                let due_m = if all { PASSED } else { self.deadlines_m[level as usize][index].into() };
+                if !odometer.has_passed(due_m) {
+                    soonest_m = sooner(soonest_m, due_m);
+                    continue;
+                }
+                let with_parent = kin.inside(wish);
+                let (mut wished, mut deadline_m) = (0, NEVER);
+                if with_parent != 0 {
+                    let distance_m = ways.distance_m([i, j], grid.heights_m(level, index));
+                    let (both, slack_m) = Rule::wish_at(distance_m, rule.reaches_m(square, index));
+                    (wished, deadline_m) = (both & with_parent, odometer.deadline_m(slack_m));
+                }
+                deadline_m = self.decide(rule, odometer, (square, index), wished, deadline_m);
+                self.deadlines_m[level as usize][index] = rounded_down(deadline_m);
+                soonest_m = sooner(soonest_m, deadline_m);
             }
-        };
-        if square.level <= rule.grid.window.streamed {
-            let denied = if rule.grid.may_split(square) { 0 } else { now };
-            self.deny(rule.grid, square, denied);
-            now &= !denied;
         }
-        debug_assert!(now % BOTH_HALVES == 0 || !rule.grid.crosses_rim(square), "{square:?} wants one half at the rim");
-        self.halves[level][index] = now;
-        if now != before {
-            self.flipped[level].push(square);
-        }
-        if level > 1 && before | now != 0 {
-            for child in rule.grid.children(square) {
-                let due_m = self.deadlines_m[level - 1][rule.grid.index(child)].into();
-                let is_due = now != before || odometer.has_passed(due_m);
-                let next_m =
-                    if is_due { self.visit(rule, odometer, child, rule.grid.children_of(now, child)) } else { due_m };
-                deadline_m = deadline_m.min(next_m);
+        soonest_m
+    }
+
+    /// Takes all wishes from a square's children, which are not asked again before it has one. So their deadlines, which
+    /// would take most of the time, may stay what they are.
+    fn merge_children(&mut self, rule: &Rule, odometer: &Odometer, parent: Square) {
+        let (level, streamed) = (parent.level - 1, rule.grid.window.streamed);
+        for row in rule.grid.brood(parent) {
+            for (square, index, _) in row.children() {
+                if level <= streamed || self.halves[level as usize][index] != 0 {
+                    self.decide(rule, odometer, (square, index), 0, NEVER);
+                }
             }
         }
-        self.deadlines_m[level][index] = rounded_down(deadline_m);
-        deadline_m
     }
 
     /// Sets all wishes, those of patches with a parent that wants to be split; at the rim, of both halves together.
@@ -157,7 +200,7 @@ impl Wishes {
                 let parent = grid.parent_square(square);
                 let with_parent = match level == grid.top() {
                     true => BOTH_HALVES,
-                    false => grid.children_of(self.halves[level as usize + 1][grid.index(parent)], square),
+                    false => grid.kin(square).inside(self.halves[level as usize + 1][grid.index(parent)]),
                 };
                 let wish = if grid.crosses_rim(square) && wish(square) != 0 { BOTH_HALVES } else { wish(square) };
                 self.halves[level as usize][index] = wish & with_parent;

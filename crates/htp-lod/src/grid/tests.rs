@@ -1,6 +1,7 @@
 //! The hierarchy on DEMs with and without squares that cross the rim.
 
 use super::*;
+use crate::blocks::Side;
 use std::collections::BTreeSet;
 use terrain_core::{LocalVertex, SplitMix64};
 
@@ -103,7 +104,7 @@ fn only_children_of_the_parents_own_half_touch_its_sides() {
     for (_, grid) in grids() {
         for child in (0..grid.top()).flat_map(|level| patches(&grid, level)) {
             let parent = grid.parent(child).unwrap();
-            let touched = grid.touched_sides(child.half, child.square.column % grid.k, child.square.row % grid.k);
+            let touched = grid.kin(child.square).touched[child.half as usize];
             assert!(parent.half != child.half || touched != crate::blocks::ALL_COLLAPSED);
             for side in Side::ALL {
                 let Some(other) = grid.neighbour(child, side) else { continue };

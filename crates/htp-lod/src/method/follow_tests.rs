@@ -2,8 +2,10 @@
 //! for byte.
 
 use super::*;
+use bytemuck::Zeroable;
+use std::collections::BTreeSet;
 use terrain_core::walk::RandomWalk;
-use terrain_core::{Camera, SplitMix64};
+use terrain_core::{Camera, PatchInstance, SplitMix64};
 
 fn terrain(columns: u32, rows: u32) -> Arc<Heightmap> {
     let heights_m = terrain_dem::synthetic::generate(columns, rows, 11).heights_m().to_vec();
@@ -18,6 +20,13 @@ impl Htp {
             instanced.forget();
         }
     }
+
+    /// Collects the leaves in sight anew where any level has changed, or never.
+    fn collect_anew(&mut self, always: bool) {
+        if let Rendering::Instanced(instanced) = &mut self.rendering {
+            instanced.collect_anew(always);
+        }
+    }
 }
 
 /// Plans every view twice, and returns in how many frames levels have changed.
@@ -25,6 +34,7 @@ fn compare(heightmap: &Arc<Heightmap>, options: Options, views: impl Iterator<It
     let [mut following, mut anew] = [(); 2].map(|_| Htp::new(heightmap.clone(), options).unwrap());
     let [mut plan, mut expected] = [FramePlan::default(), FramePlan::default()];
     following.levels.never_anew();
+    [&mut following, &mut anew].into_iter().for_each(|method| method.collect_anew(false));
     let mut changes = 0;
     for (frame, view) in views.enumerate() {
         following.plan(&view, &mut plan);
@@ -81,5 +91,56 @@ fn plans_of_a_slow_flight_are_those_decided_anew() {
         });
         let changes = compare(&heightmap, options, views);
         assert!((10..300).contains(&changes), "{options:?}: {changes}");
+    }
+}
+
+/// What the GPU's instance buffer holds, and which instances each index list is drawn with.
+struct Drawn {
+    instances: Vec<PatchInstance>,
+    by_list: BTreeSet<(u32, [i32; 2], u32)>,
+}
+
+impl Drawn {
+    fn nothing() -> Self {
+        Self { instances: vec![PatchInstance::zeroed(); 1 << 16], by_list: BTreeSet::new() }
+    }
+
+    fn replay(&mut self, plan: &FramePlan) {
+        for upload in plan.uploads.iter().filter(|upload| upload.buffer == Buffer::Instances) {
+            let bytes = bytemuck::cast_slice_mut::<_, u8>(&mut self.instances);
+            bytes[upload.offset as usize..][..upload.bytes.len()].copy_from_slice(plan.bytes_of(upload));
+        }
+        self.by_list.clear();
+        for draw in &plan.draws {
+            for instance in &self.instances[draw.instances.start as usize..draw.instances.end as usize] {
+                let is_new = self.by_list.insert((draw.indices.start, instance.origin, instance.tag));
+                assert!(is_new, "{instance:?} is drawn twice");
+            }
+        }
+    }
+}
+
+/// Jumps, small steps, turns, and views without culling.
+#[test]
+fn leaves_collected_anew_are_those_that_are_followed() {
+    let heightmap = terrain(193, 250);
+    for options in settings(Batching::Instanced) {
+        let mut methods = [false, true].map(|anew| {
+            let mut method = Htp::new(heightmap.clone(), options).unwrap();
+            method.collect_anew(anew);
+            (method, Drawn::nothing(), FramePlan::default())
+        });
+        let mut changes = 0;
+        for (frame, view) in RandomWalk::new(options.k as u64 + 5, &heightmap).take(150).enumerate() {
+            for (method, drawn, plan) in &mut methods {
+                method.set_culling(frame % 7 != 3);
+                method.plan(&view, plan);
+                drawn.replay(plan);
+            }
+            let [(method, followed, _), (_, anew, _)] = &methods;
+            assert_eq!(anew.by_list, followed.by_list, "{options:?}, frame {frame}");
+            changes += !method.levels.changed().is_empty() as usize;
+        }
+        assert!(changes > 8, "{options:?}: {changes}");
     }
 }

@@ -1,0 +1,155 @@
+//! Children, parents and neighbours of squares and patches.
+
+use super::{Grid, Half, Patch, Square};
+use crate::blocks::Side;
+
+/// How the halves of a child square lie in its parent: the same for all children in that column and row.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Kin {
+    /// By half: the half of the parent in which it lies.
+    pub parents: [Half; 2],
+    /// By half: the sides of that half which it touches, as a mask.
+    pub touched: [u8; 2],
+    /// By set of the parent's halves: the halves that lie in them.
+    inside: [u8; 4],
+}
+
+impl Kin {
+    /// By row and column among a square's children.
+    pub(super) fn all(k: u32) -> Vec<Self> {
+        (0..k).flat_map(|j| (0..k).map(move |i| Self::new(k, i, j))).collect()
+    }
+
+    fn new(k: u32, i: u32, j: u32) -> Self {
+        let parents = Half::BOTH.map(|half| parent_half(k, half, i, j));
+        let inside = |set: u8| {
+            let halves = Half::BOTH.into_iter().filter(|half| set & parents[*half as usize].bit() != 0);
+            halves.map(Half::bit).sum()
+        };
+        Self { parents, touched: Half::BOTH.map(|half| touched_sides(k, half, i, j)), inside: [0, 1, 2, 3].map(inside) }
+    }
+
+    /// The halves that lie in the given halves of the parent.
+    #[inline]
+    pub fn inside(&self, parents: u8) -> u8 {
+        self.inside[parents as usize]
+    }
+}
+
+/// The half of the parent square in which a child patch lies; `i` and `j` are its square's column and row there.
+fn parent_half(k: u32, child: Half, i: u32, j: u32) -> Half {
+    if i + j + (child as u32) < k { Half::NorthWest } else { Half::SouthEast }
+}
+
+/// The sides of the parent that a child patch touches: none unless it is the parent's own half.
+fn touched_sides(k: u32, child: Half, i: u32, j: u32) -> u8 {
+    let [i, j] = match child {
+        Half::NorthWest => [i, j],
+        Half::SouthEast => [k - 1 - i, k - 1 - j],
+    };
+    let touched = [(Side::Left, i == 0), (Side::Right, j == 0), (Side::Hypotenuse, i + j == k - 1)];
+    let touched: u8 = touched.iter().map(|(side, touches)| side.bit() * *touches as u8).sum();
+    if i + j < k { touched } else { 0 }
+}
+
+/// Children of a square that are side by side, in the DEM and where they are stored: they lie in one cell.
+pub(crate) struct BroodRow<'a> {
+    /// The first one.
+    pub first: Square,
+    /// Where it is stored, see [`Grid::index`].
+    pub start: usize,
+    /// Its row among the children.
+    pub j: usize,
+    /// Of each.
+    pub kin: &'a [Kin],
+}
+
+impl<'a> BroodRow<'a> {
+    /// Squares, where they are stored, and their kin.
+    #[inline]
+    pub fn children(self) -> impl Iterator<Item = (Square, usize, &'a Kin)> {
+        let Square { level, column, row } = self.first;
+        let child =
+            move |(i, kin): (usize, &'a Kin)| (Square { level, column: column + i as u32, row }, self.start + i, kin);
+        self.kin.iter().enumerate().map(child)
+    }
+}
+
+impl Grid {
+    /// The squares of the next finer level in a square, row by row.
+    #[inline]
+    pub fn brood(&self, square: Square) -> impl Iterator<Item = BroodRow<'_>> {
+        let k = self.k as usize;
+        let first = Square { level: square.level - 1, column: square.column * self.k, row: square.row * self.k };
+        let layer = self.layer(first);
+        let [columns, rows] =
+            [layer.size[0] - first.column, layer.size[1] - first.row].map(|left| left.min(self.k) as usize);
+        let (start, stride) = (self.index(first), layer.stored[0] as usize);
+        (0..rows).map(move |j| BroodRow {
+            first: Square { row: first.row + j as u32, ..first },
+            start: start + j * stride,
+            j,
+            kin: &self.kin[j * k..][..columns],
+        })
+    }
+
+    /// The squares alone.
+    pub fn children(&self, square: Square) -> impl Iterator<Item = Square> {
+        self.brood(square).flat_map(|row| row.children().map(|(square, ..)| square))
+    }
+
+    /// How a square lies in its parent.
+    #[inline]
+    pub fn kin(&self, child: Square) -> &Kin {
+        &self.kin[(child.row % self.k * self.k + child.column % self.k) as usize]
+    }
+
+    /// The patch of which this one is a single triangle; none on the top layer.
+    pub fn parent(&self, patch: Patch) -> Option<Patch> {
+        let half = self.kin(patch.square).parents[patch.half as usize];
+        (patch.square.level < self.top()).then(|| self.parent_square(patch.square).half(half))
+    }
+
+    /// The square of the next coarser level that a square lies in.
+    #[inline]
+    pub fn parent_square(&self, Square { level, column, row }: Square) -> Square {
+        Square { level: level + 1, column: column / self.k, row: row / self.k }
+    }
+
+    /// The square of the coarsest level that a square lies in.
+    pub fn cell_of(&self, square: Square) -> Square {
+        (square.level..self.top()).fold(square, |square, _| self.parent_square(square))
+    }
+
+    /// The patch of the same level on the other side of an edge; none beyond the DEM.
+    #[inline]
+    pub fn neighbour(&self, patch: Patch, side: Side) -> Option<Patch> {
+        let Square { level, column, row } = patch.square;
+        let (column, row) = match (patch.half, side) {
+            (_, Side::Hypotenuse) => (column, row),
+            (Half::NorthWest, Side::Left) => (column.checked_sub(1)?, row),
+            (Half::NorthWest, Side::Right) => (column, row.checked_sub(1)?),
+            (Half::SouthEast, Side::Left) => (column + 1, row),
+            (Half::SouthEast, Side::Right) => (column, row + 1),
+        };
+        let square = Square { level, column, row };
+        self.exists(square).then_some(square.half(patch.half.other()))
+    }
+
+    /// Where the squares beyond a patch's sides are stored: those of its [`Self::neighbour`]s, all at once.
+    #[inline]
+    pub fn beyond(&self, patch: Patch) -> [Option<usize>; 3] {
+        if self.layer(patch.square).wraps {
+            return Side::ALL.map(|side| Some(self.index(self.neighbour(patch, side)?.square)));
+        }
+        let (Square { column, row, .. }, index) = (patch.square, self.index(patch.square));
+        let [columns, rows] = self.layer(patch.square).size;
+        let below = columns as usize;
+        match patch.half {
+            Half::NorthWest => [Some(index), (column > 0).then(|| index - 1), (row > 0).then(|| index - below)],
+            Half::SouthEast => {
+                [Some(index), (column + 1 < columns).then(|| index + 1), (row + 1 < rows).then(|| index + below)]
+            }
+        }
+    }
+}
