@@ -67,6 +67,16 @@ fn metres_a_degree(latitude: f64) -> [f64; 2] {
     [prime_vertical_m * cos * PI / 180.0, meridian_m * PI / 180.0]
 }
 
+/// Where a grid lies, in the coordinates of its file: degrees, or the unit of its map.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Place {
+    /// Of the middle of the north-western sample.
+    pub west: f64,
+    pub north: f64,
+    /// From one sample to the next, to the east and to the south; both positive.
+    pub step: [f64; 2],
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -2,7 +2,7 @@
 //!
 //! [`open`] takes what a user types: a file, the name of a DEM that comes with the program, or `synthetic:193x250:7`.
 //! A file is known by its content: GeoTIFF, PNG (16-bit greyscale), SRTM `.hgt`, ESRI ASCII grid, `.bil` and `.flt` with
-//! their `.hdr`, DTED, PGM, `.npy`; one that needs no second file also alone in a gzip or zip. Its northern row becomes the first one;
+//! their `.hdr`, DTED, USGS ASCII DEM, PGM, `.npy`; one that needs no second file also alone in a gzip or zip. Its northern row becomes the first one;
 //! `height_m = value * scale + offset_m`. A TOML file of the same name beside it (the sidecar) says what the file does
 //! not:
 //!
@@ -10,6 +10,8 @@
 //! spacing_m = [74.8, 92.5]   # metres between samples in x and z, or one number for both
 //! scale = 0.1                # metres a unit; 1 if left out
 //! offset_m = -10             # 0 if left out
+//! nodata = 0                 # the file's value that stands for no height
+//! raw = "513x513:uint16"     # the layout of a file without a header
 //! source = "who measured it"
 //! licence = "what one may do with it"
 //! notice = "what its owner wants to be shown with it"
@@ -17,25 +19,33 @@
 //!
 //! [`ReadOptions`] override the sidecar, and the sidecar the file.
 //!
+//! A folder or a pattern (`N4*W12*.hgt`) is one DEM of several tiles: joined by their places, the rims that they share
+//! compared, gaps between them voids.
+//!
 //! Reading goes in three steps: `formats` finds the decoder and reads the header, which must agree with the file's length
 //! before anything is allocated for it; the decoder puts its samples row by row into a `raster::Heights`; `load` turns
 //! these into a [`Dem`], its voids filled and marked. [`open_rows`] hands the rows on instead of keeping them: for DEMs that
 //! are larger than memory.
 
 mod atomic;
+mod dem_file;
 mod error;
 mod formats;
 mod georef;
 mod input;
 mod load;
 mod mesh_file;
+mod mosaic;
 mod options;
 mod part;
 mod raster;
+mod resample;
 mod rows;
 mod samples;
 mod sidecar;
+mod spikes;
 pub mod synthetic;
+mod tiles;
 mod voids;
 
 use std::io;
@@ -45,8 +55,9 @@ use std::sync::Arc;
 use terrain_core::Heightmap;
 
 pub use atomic::write_atomically;
+pub use dem_file::{DemFormat, SIDECAR_MARK, Steps, sidecar_of, write_dem};
 pub use error::DemError;
-pub use formats::png::{write_png16, write_png16_rows};
+pub use formats::png::{write_png_rgb_rows, write_png16, write_png16_rows};
 pub use mesh_file::{Mesh, MeshFormat};
 pub use options::{ColourCode, HeightUnit, RawLayout, ReadOptions, VoidPolicy};
 pub use part::Crop;
@@ -111,14 +122,22 @@ pub struct Reading {
     pub warnings: Vec<String>,
 }
 
-/// Opens what the user typed: `synthetic:COLUMNSxROWS:SEED`, a name in [`built_in_names`], or else a path
-/// (`./jacksboro` for a file of a built-in's name).
+/// Opens what the user typed: `synthetic:COLUMNSxROWS:SEED`, a name in [`built_in_names`], a folder or a pattern
+/// (`N4*W12*.hgt`) of tiles, or else a path (`./jacksboro` for a file of a built-in's name).
 pub fn open(spec: &str, options: &ReadOptions) -> Result<Dem, DemError> {
     if spec.starts_with(synthetic::PREFIX) {
         return open_synthetic(spec, options);
     }
+    if let Some(tiles) = tiles_of(spec)? {
+        return mosaic::load(spec, &tiles, options);
+    }
     let (input, sidecar) = find(spec)?;
     load::load(input, sidecar, options)
+}
+
+/// The tiles that a folder or a pattern names; a built-in DEM comes before a folder of its name.
+fn tiles_of(spec: &str) -> Result<Option<tiles::Tiles>, DemError> {
+    if built_in_names().any(|name| name == spec) { Ok(None) } else { tiles::named(spec) }
 }
 
 /// A built-in DEM, or a file, with its sidecar.
@@ -189,7 +208,8 @@ fn open_synthetic(spec: &str, options: &ReadOptions) -> Result<Dem, DemError> {
         voids: None,
         reading: synthetic_reading(options),
     };
-    part::part(whole, options.crop, options.thin.unwrap_or(1)).map_err(|reason| DemError::input(spec, reason))
+    let part = part::part(whole, options.crop, options.thin.unwrap_or(1));
+    part.and_then(|part| resample::resample(part, options.resample_m)).map_err(|reason| DemError::input(spec, reason))
 }
 
 fn synthetic_reading(options: &ReadOptions) -> Reading {

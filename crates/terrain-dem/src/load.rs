@@ -8,8 +8,10 @@ use terrain_core::Heightmap;
 use crate::input::Input;
 use crate::part::part;
 use crate::raster::{ABSURD, Decoded, Facts, Grid, Heights, Meaning, OnRow};
+use crate::resample::resample;
 use crate::samples::SampleType;
 use crate::sidecar::Sidecar;
+use crate::spikes::{self, Census, PLAUSIBLE_M, Spikes};
 use crate::voids::{self, VoidMask};
 use crate::{Dem, DemError, HeightUnit, ReadOptions, Reading, VoidPolicy, formats};
 
@@ -18,9 +20,6 @@ const UNDECLARED: f64 = -32_768.0;
 
 /// A void that many programs write and do not declare. Some place under the sea may be so low.
 const SUSPECT: f64 = -9999.0;
-
-/// The deepest and highest places of this planet, with some room, in metres.
-const PLAUSIBLE_M: std::ops::RangeInclusive<f32> = -11_500.0..=9_500.0;
 
 /// Reads a DEM as a whole.
 pub fn load(input: Input, sidecar: Sidecar, options: &ReadOptions) -> Result<Dem, DemError> {
@@ -68,13 +67,13 @@ fn name(input: &Input) -> String {
 }
 
 /// A reason still lacks the file's name.
-enum Unread {
+pub enum Unread {
     Reason(String),
     Error(DemError),
 }
 
 impl Unread {
-    fn of(self, shown: &str) -> DemError {
+    pub fn of(self, shown: &str) -> DemError {
         match self {
             Self::Reason(reason) => DemError::input(shown, reason),
             Self::Error(error) => error,
@@ -95,16 +94,32 @@ impl From<DemError> for Unread {
 }
 
 /// A file whose header has been read, and what its samples mean.
-struct Opened {
-    grid: Box<dyn Grid>,
-    facts: Facts,
+pub struct Opened {
+    /// `None` once it is decoded.
+    grid: Option<Box<dyn Grid>>,
+    pub facts: Facts,
     spacing_m: [f64; 2],
     spacing_from: String,
-    meaning: Meaning,
+    pub meaning: Meaning,
 }
 
-fn open(input: Input, sidecar: &Sidecar, options: &ReadOptions) -> Result<Opened, Unread> {
-    let grid = formats::open(input, options)?;
+impl Opened {
+    /// What was made of several files.
+    pub fn joined(facts: Facts, meaning: Meaning, sidecar: &Sidecar, options: &ReadOptions) -> Result<Self, String> {
+        let (spacing_m, spacing_from) = spacing(&facts, sidecar, options)?;
+        Ok(Self { grid: None, facts, spacing_m, spacing_from, meaning })
+    }
+
+    /// All samples; closes the file.
+    pub fn decode(&mut self) -> Result<Decoded, Unread> {
+        let mut heights = Heights::new(&self.facts, self.meaning);
+        self.grid.take().expect("a file is decoded once").decode(&mut heights)?;
+        Ok(heights.finish())
+    }
+}
+
+pub fn open(input: Input, sidecar: &Sidecar, options: &ReadOptions) -> Result<Opened, Unread> {
+    let grid = formats::open(input, &ReadOptions { raw: options.raw.or(sidecar.raw), ..*options })?;
     let mut facts = grid.facts().clone();
     facts.check_size(options.limit())?;
     check_band(&facts, options)?;
@@ -113,29 +128,36 @@ fn open(input: Input, sidecar: &Sidecar, options: &ReadOptions) -> Result<Opened
     if facts.samples.bytes() == 1 && !options.allow_8_bit {
         facts.warnings.push("8 bits a sample: the 256 heights show as steps".to_owned());
     }
-    Ok(Opened { grid, facts, spacing_m, spacing_from, meaning })
+    Ok(Opened { grid: Some(grid), facts, spacing_m, spacing_from, meaning })
 }
 
 fn by_rows(name: String, opened: Opened, options: &ReadOptions, on_row: OnRow) -> Result<ByRows, Unread> {
-    let Opened { mut grid, mut facts, spacing_m, spacing_from, meaning } = opened;
+    let Opened { grid, mut facts, spacing_m, spacing_from, meaning } = opened;
+    let mut grid = grid.expect("a file that was just opened");
     if !grid.is_by_rows() {
         return Ok(ByRows::Refused(format!("{} is not in rows from the north", facts.format)));
     }
     check_spacing(spacing_m)?;
     let mut is_asked = false;
+    let mut census = Census::default();
     let mut on_row = |row_m: &[f32]| {
+        census.add(row_m);
         let flow = on_row(row_m);
         is_asked = flow.is_break();
         flow
     };
     let mut heights = Heights::by_rows(&facts, meaning, &mut on_row);
     grid.decode(&mut heights)?;
-    let decoded = heights.finish();
+    let mut decoded = heights.finish();
+    facts.warnings.append(&mut decoded.notes);
     if is_asked {
         return Ok(ByRows::Stopped);
     }
     if decoded.found < facts.count() {
         return Ok(ByRows::Refused("voids are filled from their whole rim".to_owned()));
+    }
+    if census.has_spikes(decoded.found) {
+        return Ok(ByRows::Refused("spikes are told from mountains by all heights".to_owned()));
     }
     warn_of_range(&mut facts.warnings, meaning, decoded.range_m);
     let samples = [facts.columns, facts.rows];
@@ -149,13 +171,27 @@ fn check_spacing(spacing_m: [f64; 2]) -> Result<(), String> {
 }
 
 fn whole(name: String, input: Input, sidecar: Sidecar, options: &ReadOptions) -> Result<Dem, Unread> {
-    let Opened { mut grid, mut facts, spacing_m, spacing_from, meaning } = open(input, &sidecar, options)?;
-    let mut heights = Heights::new(&facts, meaning);
-    grid.decode(&mut heights)?;
-    drop(grid);
-    let decoded = heights.finish();
+    let mut opened = open(input, &sidecar, options)?;
+    let decoded = opened.decode()?;
+    finish(name, opened, decoded, sidecar, options)
+}
+
+/// From samples to a DEM: voids, range, the part that is asked for.
+pub fn finish(
+    name: String,
+    opened: Opened,
+    mut decoded: Decoded,
+    sidecar: Sidecar,
+    options: &ReadOptions,
+) -> Result<Dem, Unread> {
+    let Opened { mut facts, spacing_m, spacing_from, meaning, .. } = opened;
+    facts.warnings.append(&mut decoded.notes);
+    let spikes = spikes::strike(&mut decoded.heights_m, decoded.found, decoded.range_m);
+    if let Some(spikes) = &spikes {
+        decoded = decoded.without(spikes);
+    }
     let range_m = decoded.range_m;
-    let (heights_m, mask) = settle_voids(&mut facts, meaning, decoded, options.voids)?;
+    let (heights_m, mask) = settle_voids(&mut facts, meaning, decoded, spikes, options.voids)?;
     warn_of_range(&mut facts.warnings, meaning, range_m);
 
     let heightmap = Heightmap::new(facts.columns, facts.rows, spacing_m, heights_m).map_err(|e| e.to_string())?;
@@ -163,7 +199,8 @@ fn whole(name: String, input: Input, sidecar: Sidecar, options: &ReadOptions) ->
     let Sidecar { source, licence, notice, .. } = sidecar;
     let (heightmap, voids) = (Arc::new(heightmap), mask.map(Arc::new));
     let whole = Dem { name, heightmap, source, licence, notice, voids, reading };
-    Ok(with_holes(part(whole, options.crop, options.thin.unwrap_or(1))?, options.voids))
+    let part = part(whole, options.crop, options.thin.unwrap_or(1))?;
+    Ok(with_holes(resample(part, options.resample_m)?, options.voids))
 }
 
 /// Tells the heightmap which of its samples are voids, unless the fill counts. Comes last: every step before has a heightmap
@@ -226,7 +263,7 @@ fn meaning(facts: &Facts, sidecar: &Sidecar, options: &ReadOptions) -> Result<Me
     if !scale.is_finite() || !offset_m.is_finite() {
         return Err(format!("scale {scale}, offset {offset_m}: expected two finite numbers"));
     }
-    let nodata = options.nodata.map(|nodata| facts.samples.rounded(nodata)).or(facts.nodata);
+    let nodata = options.nodata.or(sidecar.nodata).map(|nodata| facts.samples.rounded(nodata)).or(facts.nodata);
     // A scaled number may well be -32768.
     let can_be_void = facts.samples == SampleType::I16 || facts.samples.is_float() && scale == 1.0;
     let undeclared = Some(UNDECLARED).filter(|void| can_be_void && nodata != Some(*void));
@@ -238,9 +275,10 @@ fn settle_voids(
     facts: &mut Facts,
     meaning: Meaning,
     decoded: Decoded,
+    spikes: Option<Spikes>,
     policy: VoidPolicy,
 ) -> Result<(Vec<f32>, Option<VoidMask>), String> {
-    let Decoded { mut heights_m, found, absurd, undeclared, .. } = decoded;
+    let Decoded { mut heights_m, found, absurd, undeclared, gaps, .. } = decoded;
     let all = facts.count();
     if found == all {
         return Ok((heights_m, None));
@@ -250,11 +288,19 @@ fn settle_voids(
     }
     let (mask, count) = (VoidMask::of(facts.columns, &heights_m), all - found);
     let mut found = format!("{count} of {all} samples ({:.3} %) are voids", count as f64 / all as f64 * 100.0);
+    if gaps > 0 {
+        found += &format!(", {gaps} of them between the tiles");
+    }
     if undeclared > 0 {
         found += &format!(", {undeclared} of them {UNDECLARED}, which the file does not declare");
     }
     if absurd > 0 && !meaning.nodata.is_some_and(f64::is_nan) {
         found += &format!(", {absurd} of them NaN, infinite or beyond {ABSURD:e}");
+    }
+    if let Some(Spikes { count, height_m, index }) = spikes {
+        let columns = facts.columns as usize;
+        let (column, row) = (index % columns, index / columns);
+        found += &format!(", {count} of them spikes, such as {height_m} m at column {column}, row {row}");
     }
     if policy == VoidPolicy::Error {
         return Err(format!("{found}; expected none, or --voids hole or fill"));

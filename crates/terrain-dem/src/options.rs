@@ -29,6 +29,10 @@ pub struct ReadOptions {
     pub crop: Option<Crop>,
     /// Take every n-th column and row of that; every one by default.
     pub thin: Option<u32>,
+    /// Metres in x and z that the samples of what was taken are brought to, bilinearly; as they are by default.
+    pub resample_m: Option<[f64; 2]>,
+    /// Which overview of a TIFF to read, from 1, the finest of them; the picture itself by default.
+    pub overview: Option<u32>,
     /// How a colour PNG packs its heights; off by default.
     pub colours: Option<ColourCode>,
     /// The layout of a file without any header; such files are refused without it.

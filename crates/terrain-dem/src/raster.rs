@@ -4,8 +4,9 @@ use std::ops::ControlFlow;
 
 use terrain_core::Heightmap;
 
-use crate::georef::Spacing;
+use crate::georef::{Place, Spacing};
 use crate::samples::SampleType;
+use crate::spikes::Spikes;
 use crate::{DemError, HeightUnit};
 
 /// A file whose header has been read and found to agree with its length.
@@ -34,6 +35,7 @@ pub struct Facts {
     /// Samples at one place, of which one band is read.
     pub bands: u32,
     pub spacing: Option<Spacing>,
+    pub place: Option<Place>,
     /// Why there is no spacing, if more can be said than that.
     pub no_spacing: Option<String>,
     /// The southern row comes first, so that the decoder's rows are turned.
@@ -61,6 +63,7 @@ impl Facts {
             samples,
             bands: 1,
             spacing: None,
+            place: None,
             no_spacing: None,
             south_up: false,
             scale: None,
@@ -169,6 +172,7 @@ pub struct Heights<'a> {
     found: u64,
     range_m: [f32; 2],
     voids: [u64; 3],
+    notes: Vec<String>,
 }
 
 /// The heights in metres, NaN at voids, and what the voids were.
@@ -183,6 +187,29 @@ pub struct Decoded {
     pub absurd: u64,
     /// Samples of the value [`Meaning::undeclared`].
     pub undeclared: u64,
+    /// Samples that lie between tiles.
+    pub gaps: u64,
+    /// What the decoder found on its way, for the user.
+    pub notes: Vec<String>,
+}
+
+impl Decoded {
+    /// Heights with NaN at voids of which no more is known.
+    pub fn of(heights_m: Vec<f32>) -> Self {
+        let heights = || heights_m.iter().copied().filter(|height_m| !height_m.is_nan());
+        let wider = |[low, high]: [f32; 2], height_m: f32| [low.min(height_m), high.max(height_m)];
+        let range_m = heights().fold([f32::INFINITY, f32::NEG_INFINITY], wider);
+        let found = heights().count() as u64;
+        Self { heights_m, found, range_m, absurd: 0, undeclared: 0, gaps: 0, notes: Vec::new() }
+    }
+
+    /// Once spikes have become voids.
+    pub fn without(self, spikes: &Spikes) -> Self {
+        let Self { absurd, undeclared, gaps, notes, .. } = self;
+        let rest = Self { absurd, undeclared, gaps, notes, ..Self::of(self.heights_m) };
+        debug_assert_eq!(rest.found + spikes.count, self.found);
+        rest
+    }
 }
 
 impl<'a> Heights<'a> {
@@ -208,7 +235,13 @@ impl<'a> Heights<'a> {
             found: 0,
             range_m: [f32::INFINITY, f32::NEG_INFINITY],
             voids: [0; 3],
+            notes: Vec::new(),
         }
+    }
+
+    /// What the user should know of the samples.
+    pub fn note(&mut self, note: String) {
+        self.notes.push(note);
     }
 
     /// Whether nobody wants more rows.
@@ -256,6 +289,7 @@ impl<'a> Heights<'a> {
 
     pub fn finish(self) -> Decoded {
         let [_, absurd, undeclared] = self.voids;
-        Decoded { heights_m: self.heights_m, found: self.found, range_m: self.range_m, absurd, undeclared }
+        let Self { heights_m, found, range_m, notes, .. } = self;
+        Decoded { heights_m, found, range_m, absurd, undeclared, gaps: 0, notes }
     }
 }

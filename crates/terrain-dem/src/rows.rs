@@ -7,7 +7,7 @@ use terrain_core::Heightmap;
 use crate::load::{ByRows, RowsOf, load_rows};
 use crate::raster::OnRow;
 use crate::sidecar::Sidecar;
-use crate::{Dem, DemError, ReadOptions, Reading, find, open, open_synthetic, synthetic};
+use crate::{Dem, DemError, ReadOptions, Reading, find, open, open_synthetic, synthetic, tiles_of};
 
 /// Whole DEMs of so few samples are not worth a warning: 64 MiB.
 const FEW_SAMPLES: usize = 1 << 24;
@@ -48,7 +48,7 @@ enum Heights {
 /// whole, with a warning where that takes much memory. Rows bring no void mask along, so holes are filled.
 pub fn open_rows(spec: &str, options: &ReadOptions) -> Result<DemRows, DemError> {
     let options = &ReadOptions { voids: options.voids.without_holes(), ..*options };
-    if options.crop.is_some() || options.thin.is_some() {
+    if options.crop.is_some() || options.thin.is_some() || options.resample_m.is_some() {
         return Ok(DemRows::of(open(spec, options)?));
     }
     if let Some((_, _, seed)) = synthetic::parse(spec).filter(|_| options.scale.is_none() && options.offset_m.is_none())
@@ -57,6 +57,11 @@ pub fn open_rows(spec: &str, options: &ReadOptions) -> Result<DemRows, DemError>
     }
     if spec.starts_with(synthetic::PREFIX) {
         return Ok(DemRows::of(open(spec, options)?));
+    }
+    if tiles_of(spec)?.is_some() {
+        let mut dem = DemRows::of(open(spec, options)?);
+        dem.warn_of_memory("tiles are joined in memory");
+        return Ok(dem);
     }
     let (input, sidecar) = find(spec)?;
     match load_rows(input, &sidecar, options, None, &mut |_| ControlFlow::Continue(()))? {

@@ -66,7 +66,11 @@ impl SampleType {
 
     /// The number as a sample of this type would hold it: a void of -9999.9 in float32 is not the f64 of that name.
     pub fn rounded(self, number: f64) -> f64 {
-        if self == Self::F32 { number as f32 as f64 } else { number }
+        match self {
+            Self::F32 => number as f32 as f64,
+            Self::F16 => rounded_to_half(number),
+            _ => number,
+        }
     }
 }
 
@@ -135,9 +139,38 @@ fn half(bits: u16) -> f64 {
     if bits >> 15 == 1 { -magnitude } else { magnitude }
 }
 
+/// The nearest half-precision float; of two as near, the one with an even fraction.
+fn rounded_to_half(number: f64) -> f64 {
+    if !number.is_finite() || number == 0.0 {
+        return number;
+    }
+    // The highest 11 bits stay; the exponent ends at that of the smallest normal number.
+    let exponent = libm::ilogb(number).max(-14);
+    let step = 2f64.powi(exponent - 10);
+    let rounded = (number / step).round_ties_even() * step;
+    if rounded.abs() > 65_504.0 { f64::INFINITY.copysign(number) } else { rounded }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn every_half_is_its_own_nearest_and_voids_are_found() {
+        for bits in (0..=u16::MAX).filter(|bits| bits & 0x7c00 != 0x7c00) {
+            let (value, next) = (half(bits), half((bits & 0x8000) | ((bits & 0x7fff) + 1)));
+            assert_eq!(rounded_to_half(value), value, "{bits:x}");
+            if next.is_finite() {
+                let nearer = value + (next - value) * 0.49;
+                assert_eq!((rounded_to_half(nearer), rounded_to_half(next)), (value, next), "{bits:x}");
+                let tie = if bits % 2 == 0 { value } else { next };
+                assert_eq!(rounded_to_half((value + next) / 2.0), tie, "{bits:x}");
+            }
+        }
+        // What GDAL writes into a float16 file for this void.
+        assert_eq!(SampleType::F16.rounded(-9999.0), -10_000.0);
+        assert_eq!((rounded_to_half(65_519.9), rounded_to_half(-65_520.0)), (65_504.0, f64::NEG_INFINITY));
+    }
 
     #[test]
     fn half_precision_is_exact() {

@@ -1,4 +1,4 @@
-//! The TOML file beside a PNG that says what its numbers mean.
+//! The TOML file beside a DEM that says what its numbers mean.
 
 use std::io::ErrorKind;
 use std::path::Path;
@@ -7,13 +7,15 @@ use serde::Deserialize;
 use terrain_core::source::{SourceError, SourceText};
 use toml::{Spanned, Value};
 
-use crate::DemError;
+use crate::{DemError, RawLayout};
 
-#[derive(Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Sidecar {
     pub spacing_m: Option<[f64; 2]>,
     pub scale: Option<f64>,
     pub offset_m: Option<f64>,
+    pub nodata: Option<f64>,
+    pub raw: Option<RawLayout>,
     pub source: Option<String>,
     pub licence: Option<String>,
     pub notice: Option<String>,
@@ -25,6 +27,8 @@ struct SidecarToml {
     spacing_m: Option<Spanned<Value>>,
     scale: Option<Spanned<f64>>,
     offset_m: Option<Spanned<f64>>,
+    nodata: Option<f64>,
+    raw: Option<Spanned<String>>,
     source: Option<String>,
     licence: Option<String>,
     notice: Option<String>,
@@ -51,6 +55,8 @@ impl Sidecar {
             spacing_m: toml.spacing_m.map(|value| spacing_m(&source, &value)).transpose()?,
             scale: toml.scale.map(|value| finite(&source, &value, "scale")).transpose()?,
             offset_m: toml.offset_m.map(|value| finite(&source, &value, "offset_m")).transpose()?,
+            nodata: toml.nodata,
+            raw: toml.raw.map(|value| raw(&source, &value)).transpose()?,
             source: toml.source,
             licence: toml.licence,
             notice: toml.notice,
@@ -80,6 +86,15 @@ fn metres(value: &Value) -> Option<f64> {
     (number.is_finite() && number > 0.0).then_some(number)
 }
 
+fn raw(source: &SourceText, value: &Spanned<String>) -> Result<RawLayout, SourceError> {
+    let found = value.get_ref();
+    let refuse = || {
+        let expected = "COLUMNSxROWS:TYPE, such as 513x513:uint16 or 100x80:float32be";
+        source.error(value.span(), format!("`raw` is \"{}\"; expected {expected}", found.escape_debug()))
+    };
+    RawLayout::parse(found).ok_or_else(refuse)
+}
+
 fn finite(source: &SourceText, value: &Spanned<f64>, name: &str) -> Result<f64, SourceError> {
     let found = *value.get_ref();
     let refuse = || source.error(value.span(), format!("`{name}` is {found}; expected a finite number"));
@@ -92,11 +107,14 @@ mod tests {
 
     #[test]
     fn every_key_is_read() {
-        let text = "spacing_m = [74.5, 93]\nscale = 0.1\noffset_m = -10\nsource = 's'\nlicence = 'l'\nnotice = 'n'\n";
+        let text = "spacing_m = [74.5, 93]\nscale = 0.1\noffset_m = -10\nnodata = 0\nraw = '3x2:uint16'\n\
+                    source = 's'\nlicence = 'l'\nnotice = 'n'\n";
         let expected = Sidecar {
             spacing_m: Some([74.5, 93.0]),
             scale: Some(0.1),
             offset_m: Some(-10.0),
+            nodata: Some(0.0),
+            raw: RawLayout::parse("3x2:uint16"),
             source: Some("s".to_owned()),
             licence: Some("l".to_owned()),
             notice: Some("n".to_owned()),
@@ -113,7 +131,7 @@ mod tests {
             (
                 "scale = 1\nspacing = 30",
                 "2:1: unknown field `spacing`, expected one of `spacing_m`, `scale`, \
-              `offset_m`, `source`, `licence`, `notice`"
+              `offset_m`, `nodata`, `raw`, `source`, `licence`, `notice`"
                     .to_owned(),
             ),
             ("\nspacing_m = 0", format!("2:13: `spacing_m` is 0; {SPACING}")),
@@ -122,6 +140,11 @@ mod tests {
             ("spacing_m = '30 m'", format!("1:13: `spacing_m` is \\\"30 m\\\"; {SPACING}")),
             ("scale = inf", "1:9: `scale` is inf; expected a finite number".to_owned()),
             ("offset_m = 'low'", "1:12: invalid type: string \"low\", expected f64".to_owned()),
+            (
+                "raw = '3x2'",
+                "1:7: `raw` is \"3x2\"; expected COLUMNSxROWS:TYPE, such as 513x513:uint16 or 100x80:float32be"
+                    .to_owned(),
+            ),
             ("scale = 1\nscale = 2", "2:1: duplicate key".to_owned()),
         ];
         for (text, expected) in cases {

@@ -107,8 +107,8 @@ fn other_files_are_refused_for_what_they_are() {
         "dem.png: a PNG of 8-bit colour; expected a 16-bit greyscale PNG: convert it"
     );
     write_png(&path, [2, 2], ExtendedColorType::La16, &[0; 16]);
-    let expected = "dem.png: a PNG of 16-bit greyscale and alpha; expected a 16-bit greyscale PNG: convert it";
-    assert_eq!(refusal(&path, &spaced()), expected);
+    let expected = "dem.png: none of its 4 samples has a height; expected some: mend --nodata, or fetch it again";
+    assert_eq!(refusal(&path, &spaced()), expected, "all of it is transparent");
     write_png(&path, [1, 9], ExtendedColorType::L16, &[0; 18]);
     let expected = "dem.png: 1 x 9 samples; expected 2 to 65535 a side and at most 536870912 in all: crop it";
     assert_eq!(refusal(&path, &spaced()), expected);

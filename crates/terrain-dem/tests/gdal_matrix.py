@@ -132,6 +132,33 @@ def dted(matrix):
     print("tile.dt0\ttile.f64\tDTED", flush=True)
 
 
+def overviews(matrix):
+    """The finest of the smaller versions in a COG; the Rust side asks for it by the word in the line."""
+    plain, cog = f"{matrix.folder}/cog_plain.tif", f"{matrix.folder}/cog.tif"
+    values = grid("int16")
+    with rasterio.open(plain, "w", driver="GTiff", width=SIDE, height=SIDE, count=1, dtype="int16", crs="EPSG:32611",
+                       transform=UTM) as file:
+        file.write(values, 1)
+    rasterio.shutil.copy(plain, cog, driver="COG", blocksize=128, overview_count=2)
+    with rasterio.open(cog, overview_level=0) as file:
+        file.read(1).astype("<f8").tofile(f"{matrix.folder}/cog.f64")
+    print("cog.tif\tcog.f64\tCOG overview=1", flush=True)
+
+
+def usgs(matrix):
+    """In degrees: in UTM, GDAL reads its own file back with a row too many."""
+    values = grid("int16")[:121, :100]
+    values[5:9, 5:9] = -32767
+    plain, tile = f"{matrix.folder}/usgs_plain.tif", f"{matrix.folder}/usgs.dem"
+    step = 1 / 1200
+    with rasterio.open(plain, "w", driver="GTiff", width=100, height=121, count=1, dtype="int16", nodata=-32767,
+                       crs="EPSG:4269", transform=Affine(step, 0, -122 - step / 2, 0, -step, 45 + step / 2)) as file:
+        file.write(values, 1)
+    rasterio.shutil.copy(plain, tile, driver="USGSDEM", ZRESOLUTION="1.0")
+    np.where(values == -32767, np.nan, values.astype(float)).astype("<f8").tofile(f"{matrix.folder}/usgs.f64")
+    print("usgs.dem\tusgs.f64\tUSGSDEM", flush=True)
+
+
 def main():
     # PNG and PGM have no place to say their spacing.
     warnings.simplefilter("ignore", rasterio.errors.NotGeoreferencedWarning)
@@ -140,6 +167,8 @@ def main():
     voids(matrix)
     others(matrix)
     dted(matrix)
+    overviews(matrix)
+    usgs(matrix)
 
 
 main()

@@ -41,7 +41,8 @@ fn difference(folder: &Path, line: &str) -> Option<String> {
         std::fs::read(expected).unwrap().as_chunks::<8>().0.iter().map(|bytes| f64::from_le_bytes(*bytes)).collect();
     // PNG and PGM have no spacing.
     let spacing_m = line.contains("PN").then_some([30.0; 2]);
-    let dem = match read(&file, &ReadOptions { spacing_m, allow_8_bit: true, ..ReadOptions::default() }) {
+    let overview = line.contains("overview=1").then_some(1);
+    let dem = match read(&file, &ReadOptions { spacing_m, allow_8_bit: true, overview, ..ReadOptions::default() }) {
         Ok(dem) => dem,
         Err(error) => return Some(error.to_string()),
     };

@@ -2,7 +2,7 @@
 //! from south to north.
 
 use crate::DemError;
-use crate::georef::Spacing;
+use crate::georef::{Place, Spacing};
 use crate::input::Input;
 use crate::raster::{Facts, Grid, Heights};
 use crate::samples::SampleType;
@@ -15,6 +15,12 @@ const HEADERS: u64 = 80 + 648 + 2700;
 /// In each record before its samples (mark, counts) and after them (checksum).
 const BEFORE: u64 = 8;
 const AFTER: u64 = 4;
+
+/// The specification's void: all bits set.
+const VOID: i16 = -32_767;
+
+/// No ground lies lower, in metres; as GDAL has it.
+const DEEPEST: i16 = -16_000;
 
 /// The first byte of a record.
 const MARK: u8 = 0xaa;
@@ -48,11 +54,17 @@ fn facts(header: &[u8]) -> Option<Facts> {
     let [step_x, step_z] = [number(20, 24)?, number(24, 28)?].map(|tenths| tenths as f64 / 36_000.0);
     let mut facts = Facts::new("DTED tile", number(47, 51)?, number(51, 55)?, SampleType::I16);
     // DDDMMSSH, of the south-western sample.
-    let south = number(12, 15)? as f64 + number(15, 17)? as f64 / 60.0 + number(17, 19)? as f64 / 3600.0;
-    let south = if text.as_bytes()[19] == b'S' { -south } else { south };
-    let latitude = south + facts.rows.saturating_sub(1) as f64 * step_z / 2.0;
-    facts.spacing = Some(Spacing::Degrees { degrees: [step_x, step_z], latitude });
-    facts.nodata = Some(-32_767.0);
+    let angle = |at: usize| {
+        let parts = [number(at, at + 3)?, number(at + 3, at + 5)?, number(at + 5, at + 7)?].map(f64::from);
+        let degrees = parts[0] + parts[1] / 60.0 + parts[2] / 3600.0;
+        Some(if matches!(text.as_bytes()[at + 7], b'S' | b'W') { -degrees } else { degrees })
+    };
+    let (west, south) = (angle(4), angle(12)?);
+    let depth = facts.rows.saturating_sub(1) as f64 * step_z;
+    let step = [step_x, step_z];
+    facts.spacing = Some(Spacing::Degrees { degrees: step, latitude: south + depth / 2.0 });
+    facts.place = west.map(|west| Place { west, north: south + depth, step });
+    facts.nodata = Some(f64::from(VOID));
     facts.crs = Some("EPSG:4326 (as all DTED)".to_owned());
     Some(facts)
 }
@@ -63,7 +75,7 @@ impl Grid for DtedGrid {
     }
 
     fn decode(&mut self, heights: &mut Heights) -> Result<(), DemError> {
-        let rows = self.facts.rows;
+        let (rows, mut complements) = (self.facts.rows, 0u64);
         let length = BEFORE + rows as u64 * 2 + AFTER;
         let mut record = Vec::new();
         for column in 0..self.facts.columns {
@@ -75,16 +87,47 @@ impl Grid for DtedGrid {
                 )));
             }
             for (i, sample) in record[BEFORE as usize..].as_chunks().0.iter().take(rows as usize).enumerate() {
-                heights.put(rows - 1 - i as u32, column, std::iter::once(signed(*sample)));
+                let (height, is_complement) = signed(*sample);
+                complements += u64::from(is_complement);
+                heights.put(rows - 1 - i as u32, column, std::iter::once(height));
             }
+        }
+        if complements > 0 {
+            let note = "below the sea's floor as DTED signs them: taken as two's complement, as some programs write it";
+            heights.note(format!("{complements} samples are {note}"));
         }
         Ok(())
     }
 }
 
-/// The highest bit is the sign of the others.
-fn signed(bytes: [u8; 2]) -> f64 {
+/// The highest bit is the sign of the others. What would be deeper than [`DEEPEST`] is two's complement, and true.
+fn signed(bytes: [u8; 2]) -> (f64, bool) {
     let bits = u16::from_be_bytes(bytes);
-    let magnitude = (bits & 0x7fff) as f64;
-    if bits >> 15 == 1 { -magnitude } else { magnitude }
+    let magnitude = (bits & 0x7fff) as i16;
+    let height = if bits >> 15 == 1 { -magnitude } else { magnitude };
+    match height < DEEPEST && height != VOID {
+        true => (f64::from(bits as i16), true),
+        false => (f64::from(height), false),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn both_kinds_of_negative_heights() {
+        let cases = [
+            (5, (5.0, false)),
+            (0x8005, (-5.0, false)),
+            (-5i16 as u16, (-5.0, true)),
+            (-430i16 as u16, (-430.0, true)),
+            (0xffff, (-32_767.0, false)),
+            (0x8000, (0.0, false)),
+            (0x7fff, (32_767.0, false)),
+        ];
+        for (bits, expected) in cases {
+            assert_eq!(signed(u16::to_be_bytes(bits)), expected, "{bits:x}");
+        }
+    }
 }

@@ -5,7 +5,7 @@
 
 use crate::DemError;
 use crate::formats::packed::{PackedGrid, Rows};
-use crate::georef::Spacing;
+use crate::georef::{Place, Spacing};
 use crate::input::Input;
 use crate::raster::Facts;
 use crate::samples::{ByteOrder, Packing, SampleType};
@@ -30,9 +30,10 @@ pub fn open(input: Input) -> Result<PackedGrid, DemError> {
     let mut facts = Facts::new("SRTM tile (.hgt)", side, side, SampleType::I16);
     facts.nodata = Some(-32768.0);
     match corner(&input.file_name) {
-        Some(corner) => {
-            let degrees = 1.0 / (side - 1) as f64;
-            facts.spacing = Some(Spacing::Degrees { degrees: [degrees; 2], latitude: corner + 0.5 });
+        Some([south, west]) => {
+            let step = [1.0 / (side - 1) as f64; 2];
+            facts.spacing = Some(Spacing::Degrees { degrees: step, latitude: south + 0.5 });
+            facts.place = Some(Place { west, north: south + 1.0, step });
             facts.crs = Some("EPSG:4326 (by the name)".to_owned());
         }
         None => facts.warnings.push(
@@ -50,8 +51,8 @@ fn side(input: &Input) -> Option<u32> {
     (input.length == side * side * 2 && side >= 2).then_some(u32::try_from(side).ok()?)
 }
 
-/// The latitude of the southern rim, by a name such as `N44W122.hgt` or `n44_w122_1arc_v3.hgt`.
-fn corner(file_name: &str) -> Option<f64> {
+/// Latitude and longitude of the south-western sample, by a name such as `N44W122.hgt` or `n44_w122_1arc_v3.hgt`.
+fn corner(file_name: &str) -> Option<[f64; 2]> {
     let plain: String = file_name.to_uppercase().chars().filter(char::is_ascii_alphanumeric).collect();
     let plain = plain.strip_prefix("NASADEMHGT").unwrap_or(&plain);
     let (south, west) = (plain.get(..3)?, plain.get(3..7)?);
@@ -60,8 +61,9 @@ fn corner(file_name: &str) -> Option<f64> {
         let number: f64 = digits.bytes().all(|b| b.is_ascii_digit()).then(|| digits.parse().ok())??;
         Some(if text.starts_with(signs[1]) { -number } else { number })
     };
-    number(west, ['E', 'W']).filter(|west| west.abs() <= 180.0)?;
-    number(south, ['N', 'S']).filter(|south| (-90.0..90.0).contains(south))
+    let west = number(west, ['E', 'W']).filter(|west| west.abs() <= 180.0)?;
+    let south = number(south, ['N', 'S']).filter(|south| (-90.0..90.0).contains(south))?;
+    Some([south, west])
 }
 
 #[cfg(test)]
@@ -71,10 +73,10 @@ mod tests {
     #[test]
     fn corners_by_name() {
         let cases = [
-            ("N44W122.hgt", Some(44.0)),
-            ("s01e009.hgt", Some(-1.0)),
-            ("n44_w122_1arc_v3.hgt", Some(44.0)),
-            ("NASADEM_HGT_n44w122.hgt", Some(44.0)),
+            ("N44W122.hgt", Some([44.0, -122.0])),
+            ("s01e009.hgt", Some([-1.0, 9.0])),
+            ("n44_w122_1arc_v3.hgt", Some([44.0, -122.0])),
+            ("NASADEM_HGT_n44w122.hgt", Some([44.0, -122.0])),
             ("N95W122.hgt", None),
             ("N44W222.hgt", None),
             ("N4xW122.hgt", None),

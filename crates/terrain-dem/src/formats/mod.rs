@@ -14,6 +14,7 @@ mod place;
 pub mod png;
 mod raw;
 mod tiff;
+mod usgs;
 mod words;
 
 use crate::input::Input;
@@ -22,10 +23,15 @@ use crate::{DemError, ReadOptions};
 
 /// What a file may be, for messages.
 pub const EXPECTED: &str =
-    "an elevation file (GeoTIFF, 16-bit PNG, .hgt, .asc, .bil or .flt with .hdr, DTED, PGM, .npy)";
+    "an elevation file (GeoTIFF, 16-bit PNG, .hgt, .asc, .bil or .flt with .hdr, DTED, USGS DEM, PGM, .npy)";
 
 /// The most bytes that a sample takes in an archive: a line of its own in a text.
 const MAX_BYTES_A_SAMPLE: u64 = 16;
+
+/// What an archive may always unpack to, in bytes, and what each of its own bytes may: its header is only seen then, and
+/// elevations hardly ever get to a fiftieth of their size.
+const LITTLE: u64 = 64 << 20;
+const MOST_A_BYTE: u64 = 64;
 
 /// The command that makes a file of a kind that is not read into one that is.
 fn convert(shown: &str) -> String {
@@ -36,7 +42,8 @@ fn convert(shown: &str) -> String {
 /// since nothing in them says what they are.
 pub fn open(input: Input, options: &ReadOptions) -> Result<Box<dyn Grid>, DemError> {
     if archive::is_one(&input) {
-        let limit = options.limit().saturating_mul(MAX_BYTES_A_SAMPLE);
+        let by_length = LITTLE.saturating_add(input.length.saturating_mul(MOST_A_BYTE));
+        let limit = options.limit().saturating_mul(MAX_BYTES_A_SAMPLE).min(by_length);
         let inner = archive::unpack(input, limit)?;
         if archive::is_one(&inner) {
             return Err(inner.refuse("an archive in an archive; expected the file itself: unpack it"));
@@ -54,13 +61,16 @@ fn open_plain(input: Input, options: &ReadOptions) -> Result<Box<dyn Grid>, DemE
         return Ok(Box::new(png::open(input, options.allow_8_bit, options.colours)?));
     }
     if tiff::is_one(&input) {
-        return Ok(Box::new(tiff::open(input, options.band)?));
+        return Ok(Box::new(tiff::open(input, options.band, options.overview)?));
     }
     if input.start.starts_with(npy::MAGIC) {
         return Ok(Box::new(npy::open(input)?));
     }
     if input.start.starts_with(dted::MAGIC) {
         return Ok(Box::new(dted::open(input)?));
+    }
+    if usgs::is_one(&input) {
+        return Ok(Box::new(usgs::open(input)?));
     }
     if pgm::is_one(&input) {
         return pgm::open(input, options.allow_8_bit);

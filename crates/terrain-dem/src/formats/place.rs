@@ -4,7 +4,7 @@ use std::fs::File;
 use std::io::Read;
 
 use crate::formats::keys::Keys;
-use crate::georef::Spacing;
+use crate::georef::{Place, Spacing};
 use crate::input::Input;
 use crate::raster::Facts;
 
@@ -20,9 +20,10 @@ pub fn set(facts: &mut Facts, keys: &Keys, input: &Input) {
     let x = keys.number("dx").or(keys.number("xdim")).or(both);
     let z = keys.number("dy").or(keys.number("ydim")).or(both);
     let (Some(x), Some(z)) = (x, z) else { return };
-    let half_m = z * facts.rows as f64 / 2.0;
-    let from_south = keys.number("yllcorner").or(keys.number("yllcenter")).map(|south| south + half_m);
-    let middle = from_south.or(keys.number("ulymap").map(|north| north - half_m));
+    let north = first(keys, ["ulymap", "yllcenter", "yllcorner"], (facts.rows.saturating_sub(1)) as f64 * z, z / 2.0);
+    let middle = north.map(|north| north - facts.rows.saturating_sub(1) as f64 * z / 2.0);
+    let west = first(keys, ["ulxmap", "xllcenter", "xllcorner"], 0.0, x / 2.0);
+    facts.place = west.zip(north).map(|(west, north)| Place { west, north, step: [x, z] });
 
     let prj = prj(input);
     facts.crs = prj.as_deref().map(crs_name);
@@ -48,6 +49,13 @@ pub fn set(facts: &mut Facts, keys: &Keys, input: &Input) {
         }
         _ => Some(Spacing::Metres([x, z])),
     };
+}
+
+/// One coordinate of the north-western sample: its own, that of the south-western sample, which is `across` off, or of a
+/// corner of the cell around that, half a cell off.
+fn first(keys: &Keys, [own, centre, corner]: [&str; 3], across: f64, half: f64) -> Option<f64> {
+    let south_west = || keys.number(centre).or(keys.number(corner).map(|corner| corner + half));
+    keys.number(own).or(south_west().map(|south_west| south_west + across))
 }
 
 /// The text of the `.prj`, on one line.

@@ -33,9 +33,14 @@ pub fn is_one(input: &Input) -> bool {
     input.start.starts_with(SIGNATURE)
 }
 
-pub fn open(input: Input, allow_8_bit: bool, colours: Option<ColourCode>) -> Result<PngGrid, DemError> {
+pub fn open(mut input: Input, allow_8_bit: bool, colours: Option<ColourCode>) -> Result<PngGrid, DemError> {
     let header = Header::parse(&input.start).map_err(|reason| input.refuse(reason))?;
-    let facts = header.facts(allow_8_bit, colours).map_err(|reason| input.refuse(reason))?;
+    let mut facts = header.facts(allow_8_bit, colours).map_err(|reason| input.refuse(reason))?;
+    facts.nodata = match colours {
+        None if header.has_alpha() => Some(f64::NAN),
+        None => transparent_value(&mut input)?,
+        Some(_) => None,
+    };
     // A colour takes three bytes at least, a height one or two.
     let bytes_each = if colours.is_some() { 3 } else { facts.samples.bytes() as u64 };
     if facts.count().saturating_mul(bytes_each) > input.length.saturating_mul(MOST_A_BYTE) {
@@ -56,22 +61,14 @@ impl Grid for PngGrid {
         let file = self.input.from(0)?;
         let decoded = png::Decoder::new_with_limits(file, Limits { bytes: MAX_DECODER_BYTES }).read_info();
         let decoded = decoded.and_then(|mut reader| {
-            if reader.info().trns.is_some() && self.colours.is_none() {
-                return Ok(false);
-            }
             let put =
                 |row: u32, bytes: &[u8], heights: &mut Heights| put(&self.facts, self.colours, heights, row, bytes);
             match self.is_interlaced {
                 true => put_interlaced(&mut reader, |row, bytes| put(row, bytes, heights)),
                 false => put_rows(&mut reader, heights, put),
             }
-            .map(|()| true)
         });
-        match decoded {
-            Ok(true) => Ok(()),
-            Ok(false) => Err(self.input.refuse(format!("a PNG with transparent samples; expected {EXPECTED} without"))),
-            Err(error) => Err(picture_error(&self.input, error)),
-        }
+        decoded.map_err(|error| picture_error(&self.input, error))
     }
 
     fn is_by_rows(&self) -> bool {
@@ -109,6 +106,14 @@ fn put_interlaced(reader: &mut Reader, mut put: impl FnMut(u32, &[u8])) -> Resul
 
 fn put(facts: &Facts, colours: Option<ColourCode>, heights: &mut Heights, row: u32, bytes: &[u8]) {
     match colours {
+        None if bytes.len() > facts.columns as usize * facts.samples.bytes() => {
+            // Grey and alpha; what is wholly transparent is a void.
+            let samples = bytes.as_chunks().0.iter().map(|&[a, b, c, d]| match [c, d] {
+                [0, 0] => f64::NAN,
+                _ => f64::from(u16::from_be_bytes([a, b])),
+            });
+            heights.put(row, 0, samples);
+        }
         None => {
             let stride = facts.samples.bytes();
             Packing { samples: facts.samples, order: ByteOrder::Big, stride }.put(heights, row, 0, bytes);
@@ -150,6 +155,10 @@ struct Header {
 }
 
 impl Header {
+    fn has_alpha(&self) -> bool {
+        matches!(colour_name(self.colour), "greyscale and alpha" | "colour and alpha")
+    }
+
     fn parse(start: &[u8]) -> Result<Self, String> {
         let (Some((columns, rest)), Some(b"IHDR")) =
             (start.get(16..).and_then(|s| s.split_first_chunk()), start.get(12..16))
@@ -173,6 +182,7 @@ impl Header {
                 return Err(format!("a PNG of {bits}-bit {colour}; expected 8-bit colour, or no --png-colours"));
             }
             (16, "greyscale", None) => ("PNG", SampleType::U16),
+            (16, "greyscale and alpha", None) => ("PNG with alpha", SampleType::U16),
             (8, "greyscale", None) if allow_8_bit => ("PNG", SampleType::U8),
             (8, "greyscale", None) => {
                 return Err(format!(
@@ -183,6 +193,31 @@ impl Header {
         };
         Ok(Facts::new(what, columns, rows, samples))
     }
+}
+
+/// Chunks before the picture's own that are looked at; a PNG has a dozen at most.
+const MAX_CHUNKS: u32 = 1000;
+
+/// The grey that stands for nothing (PNG specification, 11.3.1.1: tRNS), if the file has one.
+fn transparent_value(input: &mut Input) -> Result<Option<f64>, DemError> {
+    let mut at = SIGNATURE.len() as u64;
+    for _ in 0..MAX_CHUNKS {
+        if !input.holds(at, 12) {
+            break;
+        }
+        let head = input.bytes_at(at, 8)?;
+        let (length, name) = head.split_first_chunk().expect("eight bytes");
+        let length = u32::from_be_bytes(*length);
+        match name {
+            b"tRNS" if length == 2 && input.holds(at + 8, 2) => {
+                let value = input.bytes_at(at + 8, 2)?;
+                return Ok(Some(f64::from(u16::from_be_bytes([value[0], value[1]]))));
+            }
+            b"IDAT" => break,
+            _ => at += 12 + u64::from(length),
+        }
+    }
+    Ok(None)
 }
 
 fn colour_name(colour: u8) -> &'static str {
@@ -213,17 +248,43 @@ pub fn write_png16_rows(
     rows: u32,
     fill: &mut dyn FnMut(&mut [u16]) -> io::Result<()>,
 ) -> Result<(), DemError> {
+    let mut values = vec![0; columns as usize];
+    write_rows(path, [columns, rows], (png::ColorType::Grayscale, png::BitDepth::Sixteen), &mut |bytes| {
+        fill(&mut values)?;
+        let pairs = bytes.as_chunks_mut().0.iter_mut();
+        pairs.zip(&values).for_each(|(pair, value)| *pair = value.to_be_bytes());
+        Ok(())
+    })
+}
+
+/// Writes a picture of 8-bit red, green and blue, with one row in memory.
+pub fn write_png_rgb_rows(
+    path: &Path,
+    columns: u32,
+    rows: u32,
+    fill: &mut dyn FnMut(&mut [[u8; 3]]) -> io::Result<()>,
+) -> Result<(), DemError> {
+    write_rows(path, [columns, rows], (png::ColorType::Rgb, png::BitDepth::Eight), &mut |bytes| {
+        fill(bytes.as_chunks_mut().0)
+    })
+}
+
+fn write_rows(
+    path: &Path,
+    [columns, rows]: [u32; 2],
+    (colour, depth): (png::ColorType, png::BitDepth),
+    fill: &mut dyn FnMut(&mut [u8]) -> io::Result<()>,
+) -> Result<(), DemError> {
     let written = write_atomically(path, |out| {
         let mut encoder = png::Encoder::new(out, columns, rows);
-        encoder.set_color(png::ColorType::Grayscale);
-        encoder.set_depth(png::BitDepth::Sixteen);
+        encoder.set_color(colour);
+        encoder.set_depth(depth);
         let mut file = encoder.write_header()?;
         let mut out = file.stream_writer()?;
-        let mut row = vec![0; columns as usize];
+        let mut row = vec![0; columns as usize * colour.samples() * (depth as usize / 8)];
         for _ in 0..rows {
             fill(&mut row)?;
-            let bytes: Vec<u8> = row.iter().flat_map(|value| value.to_be_bytes()).collect();
-            out.write_all(&bytes)?;
+            out.write_all(&row)?;
         }
         out.finish()?;
         Ok(file.finish()?)

@@ -6,7 +6,7 @@ use crate::broken::Case;
 use crate::writers;
 
 pub fn cases() -> Vec<Case> {
-    [ascii(), tiles(), headers(), arrays(), greymaps(), pictures(), archives(), raw(), strangers()]
+    [ascii(), tiles(), headers(), arrays(), greymaps(), pictures(), archives(), raw(), usgs(), strangers()]
         .into_iter()
         .flatten()
         .collect()
@@ -155,7 +155,7 @@ fn pictures() -> Vec<Case> {
     vec![
         case("of 8 bits", png(ExtendedColorType::L8, &[0; 4])),
         case("of colours", png(ExtendedColorType::Rgb16, &[0; 24])),
-        case("of transparency", png(ExtendedColorType::La16, &[0; 16])),
+        case("of transparency alone", png(ExtendedColorType::La16, &[0; 16])),
         case("cut in its header", grey[..20].to_vec()),
         case("cut short", grey[..grey.len() - 20].to_vec()),
         case(
@@ -189,6 +189,7 @@ fn archives() -> Vec<Case> {
         case("gzip of nothing known", "a.gz", writers::gzip(b"hello, this is text")),
         case("gzip in a gzip", "a.gz.gz", writers::gzip(&gzip)),
         case("gzip that swells beyond the limit", "N44W122.hgt.gz", bomb).with_options(small),
+        case("gzip that swells beyond what heights do", "N44W122.hgt.gz", writers::gzip(&vec![0; 80 << 20])),
         case("zip cut short", "a.zip", zip[..zip.len() - 30].to_vec()),
         case("zip of two tiles", "a.zip", {
             writers::zip(&[("N44W122.hgt", &writers::hgt()), ("N45W122.hgt", &writers::hgt())])
@@ -210,6 +211,29 @@ fn raw() -> Vec<Case> {
         case("too long", "4x2:uint16"),
         case("of an absurd size", "4294967295x4294967295:float64"),
         case("without a spacing", "4x3:int16"),
+    ]
+}
+
+fn usgs() -> Vec<Case> {
+    let sound = writers::usgs(1024);
+    let with = |at: usize, text: &str| {
+        let mut file = sound.clone();
+        file[at..at + text.len()].copy_from_slice(text.as_bytes());
+        file
+    };
+    let case = |what: &str, bytes: Vec<u8>| Case::new(&format!("usgs {what}"), "a.dem", bytes);
+    vec![
+        case("cut in its header", sound[..900].to_vec()),
+        case("cut in a profile", sound[..2 * 1024 + 150].to_vec()),
+        case("of radians", with(528, "     0")),
+        case("of no columns", with(858, "     0")),
+        case("of more columns than it holds", with(858, "999999")),
+        case("of a step of nothing", with(816, " 0.00000E+00")),
+        case("with a profile of no heights", with(1024 + 12, "     0")),
+        case("with a profile of letters", with(1024 + 24, "  here  ")),
+        case("with a profile beside the grid", with(1024 + 24, "  0.500010000000000D+06")),
+        case("with a height of letters", with(1024 + 144, "  tall")),
+        case("in lines", writers::usgs(1025)),
     ]
 }
 

@@ -5,5 +5,6 @@ mod broken_headers;
 mod broken_tiffs;
 mod by_rows;
 mod tiff_writer;
+mod tiles;
 mod variants;
 mod writers;

@@ -1,6 +1,6 @@
 //! The same grid in many variants has the same heights: floats bit by bit, integers exactly.
 
-use terrain_dem::{ColourCode, Dem, HeightUnit, RawLayout, ReadOptions, read, read_bytes};
+use terrain_dem::{ColourCode, Dem, HeightUnit, RawLayout, ReadOptions, VoidPolicy, read, read_bytes};
 
 use crate::tiff_writer::{Kind, SIDE, TiffFile, UTM_KEYS, Value, Variant};
 use crate::writers::{self, GRID};
@@ -142,9 +142,15 @@ fn south_up_files_are_turned() {
     let transformation = vec![30.0, 0.0, 0.0, 0.0, 0.0, 40.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0];
     let by_matrix = int16().without(33550).with(34264, Value::Doubles(transformation));
     assert_eq!(heights(&load("a.tif", by_matrix.bytes())), turned);
-    let by_scale = int16().with(33550, Value::Doubles(vec![30.0, -40.0, 0.0]));
-    let dem = load("a.tif", by_scale.bytes());
-    assert_eq!((heights(&dem), dem.heightmap.spacing_m()), (turned.as_slice(), [30.0, 40.0]));
+}
+
+/// As GDAL does unless GTIFF_HONOUR_NEGATIVE_SCALEY is set: its writers mean nothing by the sign.
+#[test]
+fn a_negative_scale_is_north_up() {
+    let negative = int16().with(33550, Value::Doubles(vec![30.0, -40.0, 0.0]));
+    let dem = load("a.tif", negative.bytes());
+    assert_eq!((heights(&dem), dem.heightmap.spacing_m()), (tiff_grid(Kind::I16).as_slice(), [30.0, 40.0]));
+    assert_eq!(dem.reading.warnings, ["its scale in y is negative: taken as north-up, as GDAL takes it"]);
 }
 
 /// Three arc-seconds around latitude 45, as areas and as points: a degree is 78,846.8 m and 111,131.8 m there.
@@ -328,4 +334,84 @@ fn heights_packed_in_colours() {
     assert_eq!(heights(&load_with("a.png", terrarium, options(ColourCode::Terrarium))), [0.0, 1.5, -1.0, 8848.0]);
     let mapbox = png(&[1, 134, 160, 1, 134, 170, 0, 0, 0, 2, 223, 192]);
     assert_eq!(heights(&load_with("a.png", mapbox, options(ColourCode::Mapbox))), [0.0, 1.0, -10_000.0, 8835.2]);
+}
+
+#[test]
+fn usgs_dems_of_ragged_profiles() {
+    let dem = load("a.dem", writers::usgs(1024));
+    let (map, voids) = (&dem.heightmap, dem.voids.as_ref().unwrap());
+    assert_eq!((map.columns(), map.rows(), map.spacing_m()), (4, 3, [30.0, 40.0]));
+    assert_eq!((voids.count(), voids.is_void(1, 2), voids.is_void(2, 0)), (2, true, true));
+    for (i, height) in GRID.as_flattened().iter().enumerate().filter(|(i, _)| ![2, 9].contains(i)) {
+        let expected = ((f64::from(*height) * 0.5 + 10.0) * 0.3048) as f32;
+        assert_eq!(map.heights_m()[i], expected, "{i}");
+    }
+    assert_eq!(dem.reading.crs.as_deref(), Some("UTM zone 11"));
+}
+
+/// 170 heights a block after the first one's 146.
+#[test]
+fn usgs_profiles_of_several_blocks() {
+    let (rows, value) = (400, |row: usize, column: usize| (row * 3 + column) as i32);
+    let mut file = writers::usgs(1024);
+    file.truncate(1024);
+    file[858..864].copy_from_slice(b"     2");
+    for column in 0..2 {
+        let start = file.len();
+        let place = format!("{:>24}{:>24}{:>24}{:>48}", column * 30, 0, 0, "");
+        let mut heights = (0..rows).rev().map(|row| format!("{:>6}", value(row, column)));
+        let first: String = heights.by_ref().take(146).collect();
+        file.extend(format!("{:>6}{:>6}{rows:>6}{:>6}{place}{first}", 1, column + 1, 1).bytes());
+        file.resize(start + 1024, b' ');
+        for block in 1..3 {
+            file.extend(heights.by_ref().take(170).collect::<String>().bytes());
+            file.resize(start + (1 + block) * 1024, b' ');
+        }
+    }
+    let dem = load_with("a.dem", file, ReadOptions { unit: Some(HeightUnit::Metre), ..ReadOptions::default() });
+    let expected: Vec<f32> =
+        (0..rows).flat_map(|row| (0..2).map(move |column| value(row, column) as f32 * 0.5)).collect();
+    assert_eq!(heights(&dem), expected);
+}
+
+fn grey_png(colour: png::ColorType, transparent: Option<u16>, bytes: &[u8]) -> Dem {
+    let mut file = Vec::new();
+    let mut encoder = png::Encoder::new(&mut file, 2, 2);
+    encoder.set_color(colour);
+    encoder.set_depth(png::BitDepth::Sixteen);
+    if let Some(value) = transparent {
+        encoder.set_trns(value.to_be_bytes().to_vec());
+    }
+    // Neither may change a height.
+    encoder.set_source_gamma(png::ScaledFloat::new(0.45));
+    encoder.write_header().unwrap().write_image_data(bytes).unwrap();
+    load_with("a.png", file, ReadOptions { spacing_m: Some([1.0; 2]), ..ReadOptions::default() })
+}
+
+#[test]
+fn transparent_samples_of_a_png_are_voids() {
+    let alpha = [[1u16, 65535], [300, 1], [7, 0], [0, 65535]].concat();
+    let bytes: Vec<u8> = alpha.iter().flat_map(|value| value.to_be_bytes()).collect();
+    let dem = grey_png(png::ColorType::GrayscaleAlpha, None, &bytes);
+    assert_eq!((heights(&dem)[..2].to_vec(), heights(&dem)[3]), (vec![1.0, 300.0], 0.0));
+    assert!(dem.voids.as_ref().is_some_and(|voids| voids.count() == 1 && voids.is_void(0, 1)));
+    let bytes: Vec<u8> = [1u16, 2, 3, 65_535].iter().flat_map(|value| value.to_be_bytes()).collect();
+    let dem = grey_png(png::ColorType::Grayscale, Some(3), &bytes);
+    assert_eq!((dem.reading.nodata, dem.voids.as_ref().map(|voids| voids.count())), (Some(3.0), Some(1)));
+    assert!(dem.voids.as_ref().is_some_and(|voids| voids.is_void(0, 1)));
+    assert_eq!(heights(&grey_png(png::ColorType::Grayscale, None, &bytes)), [1.0, 2.0, 3.0, 65_535.0]);
+}
+
+#[test]
+fn spikes_are_named_and_become_voids() {
+    let row = |spike: &str| format!("{spike} {}\n", "250 ".repeat(14));
+    let rows: String = (0..15).map(|z| row(if z == 7 { "32767" } else { "-3" })).collect();
+    let text = format!("ncols 15\nnrows 15\nxllcorner 0\nyllcorner 0\ncellsize 30\n{rows}");
+    let dem = load("a.asc", text.clone().into_bytes());
+    assert!(dem.voids.as_ref().is_some_and(|voids| voids.count() == 1 && voids.is_void(0, 7)));
+    let [warning] = dem.reading.warnings.as_slice() else { panic!("{:?}", dem.reading.warnings) };
+    let expected = "1 of 225 samples (0.444 %) are voids, 1 of them spikes, such as 32767 m at column 0, row 7";
+    assert!(warning.starts_with(expected), "{warning}");
+    let error = read_bytes("a.asc", text.into(), &ReadOptions { voids: VoidPolicy::Error, ..ReadOptions::default() });
+    assert!(error.unwrap_err().to_string().contains("1 of them spikes"));
 }

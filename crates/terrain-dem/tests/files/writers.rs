@@ -108,3 +108,33 @@ pub fn zip(files: &[(&str, &[u8])]) -> Vec<u8> {
     out.extend([0, 0]);
     out
 }
+
+/// The grid as a USGS DEM in UTM and feet, in steps of half a foot; its second profile lacks the southern sample and its
+/// third one the northern, as those of a quadrangle do. `block` letters a block: 1024, or not as it should be.
+pub fn usgs(block: usize) -> Vec<u8> {
+    let mut file = Vec::new();
+    let mut record = |text: String| {
+        let start = file.len();
+        file.extend(text.bytes());
+        file.resize(start + block, b' ');
+    };
+    let double = |number: f64| format!("{:>24}", format!("{number:.15e}").replace('e', "D"));
+    let header = format!("{:<150}{:>6}{:>6}{:>6}{:<360}", "A QUADRANGLE", 1, 1, 11, "");
+    let header = format!("{header}{:>6}{:>6}{:>6}{:<192}{:<48}{:<30}", 2, 1, 4, "", "", "");
+    let header = format!("{header}{:>12}{:>12}{:>12}{:>6}{:>6}", "3.000000E+01", "4.000000E+01", "5.000000E-01", 1, 4);
+    record(header);
+    for column in 0..4 {
+        let (south, north) = (usize::from(column == 1), usize::from(column == 2));
+        let rows: Vec<usize> = (north..3 - south).rev().collect();
+        let mut text = format!("{:>6}{:>6}{:>6}{:>6}", 1, column + 1, rows.len(), 1);
+        text += &double(500_000.0 + column as f64 * 30.0);
+        text += &double(4_000_000.0 + south as f64 * 40.0);
+        // A datum of 10 feet.
+        text += &[10.0, 0.0, 0.0].map(double).concat();
+        for row in rows {
+            text += &format!("{:>6}", GRID[row][column]);
+        }
+        record(text);
+    }
+    file
+}

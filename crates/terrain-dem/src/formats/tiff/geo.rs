@@ -1,6 +1,6 @@
 //! What a TIFF says of its place and its numbers: GeoTIFF keys (OGC 19-008r4) and GDAL's own tags.
 
-use crate::georef::Spacing;
+use crate::georef::{Place, Spacing};
 use crate::input::Input;
 use crate::raster::Facts;
 use crate::{DemError, HeightUnit};
@@ -41,11 +41,18 @@ pub fn read(input: &mut Input, tags: &Tags, band: u32, facts: &mut Facts) -> Res
     facts.crs = keys.crs();
     facts.unit = facts.unit.or(keys.height_unit());
     let Some(affine) = Affine::read(input, tags)? else { return Ok(()) };
+    if affine.is_negative {
+        facts.warnings.push("its scale in y is negative: taken as north-up, as GDAL takes it".to_owned());
+    }
     let [x, z] = affine.step(input)?;
     facts.south_up = z > 0.0;
-    let middle = facts.rows as f64 / 2.0 - if keys.whole(RASTER_TYPE) == Some(2) { 0.5 } else { 0.0 };
-    let (west, latitude) = (affine.x, affine.y + (middle - affine.row) * z);
-    match keys.spacing([x, z.abs()], [west, latitude], facts) {
+    // Places are of samples, or of the corners of the cells around them.
+    let half = if keys.whole(RASTER_TYPE) == Some(2) { 0.0 } else { 0.5 };
+    let last_row = facts.rows.saturating_sub(1) as f64;
+    let y = |row: f64| affine.y + (row + half - affine.at[1]) * z;
+    let (west, north) = (affine.x + (half - affine.at[0]) * x, y(0.0).max(y(last_row)));
+    facts.place = Some(Place { west, north, step: [x, z.abs()] });
+    match keys.spacing([x, z.abs()], [west, y(last_row / 2.0)], facts) {
         Ok(spacing) => facts.spacing = Some(spacing),
         Err(reason) => facts.no_spacing = Some(reason),
     }
@@ -86,27 +93,30 @@ fn read_metadata(xml: &str, band: u32, facts: &mut Facts) {
     }
 }
 
-/// From samples to coordinates: `x` and `y` are the place of the sample at `row`.
+/// From samples to coordinates: `x` and `y` are the place of the column and row `at`.
 struct Affine {
     /// Coordinates a column: to the east, to the north.
     column: [f64; 2],
     /// Coordinates a row.
     down: [f64; 2],
-    row: f64,
+    at: [f64; 2],
     x: f64,
     y: f64,
+    /// By a scale that says so; GDAL takes its absolute value, unless it is told to honour the sign.
+    is_negative: bool,
 }
 
 impl Affine {
     fn read(input: &mut Input, tags: &Tags) -> Result<Option<Self>, DemError> {
         if let &[a, b, _, x, c, d, _, y, ..] = tags.doubles(input, TRANSFORMATION)?.as_slice() {
-            return Ok(Some(Self { column: [a, c], down: [b, d], row: 0.0, x, y }));
+            return Ok(Some(Self { column: [a, c], down: [b, d], at: [0.0; 2], x, y, is_negative: false }));
         }
         let scale = tags.doubles(input, SCALE)?;
         let ties = tags.doubles(input, TIE_POINTS)?;
         Ok(match (scale.as_slice(), ties.as_slice()) {
-            (&[x_step, y_step, ..], &[_, row, _, x, y, ..]) => {
-                Some(Self { column: [x_step, 0.0], down: [0.0, -y_step], row, x, y })
+            (&[x_step, y_step, ..], &[column, row, _, x, y, ..]) => {
+                let (down, is_negative) = ([0.0, -y_step.abs()], y_step < 0.0);
+                Some(Self { column: [x_step, 0.0], down, at: [column, row], x, y, is_negative })
             }
             _ => None,
         })

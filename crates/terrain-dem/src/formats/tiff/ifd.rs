@@ -10,11 +10,13 @@ const MAX_ENTRIES: u64 = 4096;
 /// The longest text of a tag that is read, in bytes.
 const MAX_TEXT: u64 = 1 << 20;
 
-/// The tags of the first directory: the picture itself. Those that follow are overviews and masks.
+/// The tags of a directory. The first one is the picture itself, those that follow are overviews and masks.
 pub struct Tags {
     pub order: ByteOrder,
     pub is_big: bool,
     entries: Vec<Entry>,
+    /// Where the next directory is; 0 after the last one.
+    pub next: u64,
 }
 
 #[derive(Clone, Copy)]
@@ -44,20 +46,41 @@ pub fn is_one(input: &Input) -> bool {
 impl Tags {
     pub fn read(input: &mut Input) -> Result<Self, DemError> {
         let order = if input.start.starts_with(b"II") { ByteOrder::Little } else { ByteOrder::Big };
-        let mut tags = Self { order, is_big: input.start[2..4].contains(&0x2b), entries: Vec::new() };
-        let (count_bytes, entry_bytes) = if tags.is_big { (8, 20) } else { (2, 12) };
+        let mut tags = Self { order, is_big: input.start[2..4].contains(&0x2b), entries: Vec::new(), next: 0 };
         let first = if tags.is_big { input.bytes_at(8, 8)? } else { input.bytes_at(4, 4)? };
         let at = tags.unsigned(&first);
+        tags.read_directory(input, at)?;
+        Ok(tags)
+    }
+
+    /// Those of the directory at a place that another one names; `None` for none.
+    pub fn following(&self, input: &mut Input, at: u64) -> Result<Option<Self>, DemError> {
+        if at == 0 {
+            return Ok(None);
+        }
+        let mut tags = Self { order: self.order, is_big: self.is_big, entries: Vec::new(), next: 0 };
+        tags.read_directory(input, at)?;
+        Ok(Some(tags))
+    }
+
+    fn read_directory(&mut self, input: &mut Input, at: u64) -> Result<(), DemError> {
+        let (count_bytes, entry_bytes) = if self.is_big { (8, 20) } else { (2, 12) };
         let count_field = input.bytes_at(at, count_bytes)?;
-        let count = tags.unsigned(&count_field);
+        let count = self.unsigned(&count_field);
         if count > MAX_ENTRIES {
             return Err(input.refuse(format!("a TIFF directory of {count} tags; expected at most {MAX_ENTRIES}")));
         }
         let bytes = input.bytes_at(at + count_bytes, count * entry_bytes)?;
         for (index, entry) in bytes.chunks_exact(entry_bytes as usize).enumerate() {
-            tags.entries.push(tags.entry(entry, at + count_bytes + index as u64 * entry_bytes));
+            self.entries.push(self.entry(entry, at + count_bytes + index as u64 * entry_bytes));
         }
-        Ok(tags)
+        // Files that end without it have no more directories.
+        let (after, length) = (at + count_bytes + count * entry_bytes, if self.is_big { 8 } else { 4 });
+        if input.holds(after, length) {
+            let next = input.bytes_at(after, length)?;
+            self.next = self.unsigned(&next);
+        }
+        Ok(())
     }
 
     /// `at` is the entry's own place: short values stand in it.

@@ -4,6 +4,7 @@ mod codec;
 mod geo;
 mod ifd;
 mod layout;
+mod overview;
 mod predictor;
 
 use std::io::Read;
@@ -27,10 +28,10 @@ pub struct TiffGrid {
     band: u32,
 }
 
-/// `band` counts from 1.
-pub fn open(mut input: Input, band: Option<u32>) -> Result<TiffGrid, DemError> {
+/// `band` and `overview` count from 1.
+pub fn open(mut input: Input, band: Option<u32>, overview: Option<u32>) -> Result<TiffGrid, DemError> {
     let tags = Tags::read(&mut input)?;
-    let layout = Layout::read(&mut input, &tags)?;
+    let mut layout = Layout::read(&mut input, &tags)?;
     let bands = layout.bands;
     let chosen = band.unwrap_or(1);
     if !(1..=bands).contains(&chosen) {
@@ -46,6 +47,9 @@ pub fn open(mut input: Input, band: Option<u32>) -> Result<TiffGrid, DemError> {
         facts.warnings.push(format!("{bands} bands: the first is read; --band chooses another"));
     }
     geo::read(&mut input, &tags, chosen - 1, &mut facts)?;
+    if let Some(overview) = overview {
+        layout = overview::read(&mut input, &tags, overview, &mut facts)?;
+    }
     Ok(TiffGrid { input, facts, layout, order: tags.order, band: chosen - 1 })
 }
 
