@@ -31,7 +31,7 @@ const FORWARDED: [Forwarded; 6] = [
     Forwarded { name: "mesh", summary: "write the mesh of one frame as PLY", draws: false },
     Forwarded {
         name: "dem",
-        summary: "look at elevation files (dem info), cut them into cells (dem cells), make them (dem synth)",
+        summary: "look at elevation files (dem info, shade), convert them, cut them into cells, make them (dem synth)",
         draws: false,
     },
     Forwarded { name: "adapters", summary: "list the graphics adapters", draws: false },

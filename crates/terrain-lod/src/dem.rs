@@ -11,7 +11,7 @@ use crate::cells_dem::CellsDem;
 use crate::dem_args::{DemCommand, DemToolArgs, FormatName, InfoArgs};
 use crate::fault::Fault;
 use crate::output::{print, tidy};
-use crate::{cells_file, cut, synth};
+use crate::{cells_file, convert, cut, shade, synth};
 
 /// Opens a DEM, and says on stderr what the user should know about it, one line each.
 pub fn open(spec: &str, options: &ReadOptions) -> Result<Dem, Fault> {
@@ -92,6 +92,8 @@ pub fn run(args: &DemToolArgs) -> Result<(), Fault> {
     match &args.command {
         DemCommand::Info(args) => info(args),
         DemCommand::Cells(args) => cut::run(args),
+        DemCommand::Convert(args) => convert::run(args),
+        DemCommand::Shade(args) => shade::run(args),
         DemCommand::Synth(args) => synth::run(args),
     }
 }

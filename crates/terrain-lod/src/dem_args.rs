@@ -7,13 +7,14 @@ use terrain_core::Heightmap;
 use terrain_dem::synthetic::Kind;
 use terrain_dem::{ColourCode, Crop, HeightUnit, RawLayout, ReadOptions, VoidPolicy};
 
-use crate::parse::{parse_finite, parse_spacing};
+use crate::parse::{parse_finite, parse_positive, parse_spacing};
 
 /// Where the heights come from.
 #[derive(Clone, Debug, Args)]
 pub struct DemArgs {
-    /// An elevation file (GeoTIFF, PNG, .hgt, .asc, .bil, .flt, DTED, PGM, .npy, or .cells by `dem cells`), a built-in DEM
-    /// (jacksboro), or synthetic:COLUMNSxROWS:SEED
+    /// An elevation file (GeoTIFF, PNG, .hgt, .asc, .bil, .flt, DTED, PGM, .npy, or .cells by `dem cells`), tiles of one
+    /// DEM as a folder or a quoted pattern such as 'N4*W12*.hgt', a built-in DEM (jacksboro), or
+    /// synthetic:COLUMNSxROWS:SEED
     #[arg(long, value_name = "FILE")]
     pub dem: Option<String>,
     #[command(flatten)]
@@ -56,6 +57,12 @@ pub struct ReadArgs {
     /// Take every n-th column and row
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=65_535))]
     pub thin: Option<u32>,
+    /// Bring the samples of what is taken to this distance in metres: one number, or x and z apart
+    #[arg(long, value_name = "M[,M]", value_parser = parse_spacing)]
+    pub resample: Option<[f64; 2]>,
+    /// Which overview of a TIFF to read, from 1, the finest one [default: the picture itself]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    pub overview: Option<u32>,
     /// How a colour PNG packs its heights
     #[arg(long, value_name = "CODE")]
     pub png_colours: Option<ColoursName>,
@@ -84,6 +91,8 @@ impl ReadArgs {
             max_samples: self.max_samples,
             crop: self.crop,
             thin: self.thin,
+            resample_m: self.resample,
+            overview: self.overview,
             colours: self.png_colours.map(ColourCode::from),
             raw: self.raw,
         }
@@ -168,27 +177,71 @@ pub enum DemCommand {
     Info(InfoArgs),
     /// Cut a DEM into cells that htp loads one by one; goes on where it was ended
     Cells(CellsArgs),
+    /// Write a DEM in another format, with a sidecar that says what its numbers mean
+    Convert(ConvertArgs),
+    /// Draw a DEM from above: coloured by height, shaded by slope, voids in magenta
+    Shade(ShadeArgs),
     /// Write synthetic ground of any size: 16-bit PNG or .r16, and a sidecar
     Synth(SynthArgs),
 }
 
+/// Cells of 243 intervals.
+const DEFAULT_K: u32 = 3;
+const DEFAULT_LAYERS: u32 = 5;
+
 #[derive(Debug, Args)]
 pub struct CellsArgs {
-    /// The file, a built-in DEM (jacksboro), or synthetic:COLUMNSxROWS:SEED
+    /// The file, a folder or a quoted pattern of tiles, a built-in DEM (jacksboro), or synthetic:COLUMNSxROWS:SEED
     #[arg(value_name = "IN")]
     pub dem: String,
     /// The file to write; .cells is added to a name without an ending
     #[arg(value_name = "OUT")]
     pub out: PathBuf,
     /// Small triangles along a patch
-    #[arg(long, value_name = "N", default_value_t = 3)]
+    #[arg(long, value_name = "N", default_value_t = DEFAULT_K)]
     pub k: u32,
     /// Levels of detail: a cell is k^N sample intervals wide, at most 1024
-    #[arg(long, value_name = "N", default_value_t = 5)]
+    #[arg(long, value_name = "N", default_value_t = DEFAULT_LAYERS)]
     pub layers: u32,
     /// What the DEM's owner wants to be shown with it; kept in the file, as are source and licence [default: the sidecar's]
     #[arg(long, value_name = "TEXT")]
     pub notice: Option<String>,
+    #[command(flatten)]
+    pub read: ReadArgs,
+}
+
+impl CellsArgs {
+    /// With the defaults of `dem cells`.
+    pub fn plain(dem: String, out: PathBuf, read: ReadArgs) -> Self {
+        Self { dem, out, k: DEFAULT_K, layers: DEFAULT_LAYERS, read }
+    }
+}
+
+#[derive(Debug, Args)]
+pub struct ConvertArgs {
+    /// The file, a folder or a quoted pattern of tiles, a built-in DEM (jacksboro), or synthetic:COLUMNSxROWS:SEED
+    #[arg(value_name = "IN")]
+    pub dem: String,
+    /// The file to write: .png (16 bits), .tif (float32), .r16, .r32 or .cells
+    ///
+    /// Voids are 0 in .png and .r16, NaN in .tif and .r32; with --voids fill they are heights.
+    #[arg(value_name = "OUT", verbatim_doc_comment)]
+    pub out: PathBuf,
+    #[command(flatten)]
+    pub read: ReadArgs,
+}
+
+#[derive(Debug, Args)]
+pub struct ShadeArgs {
+    /// The file, a folder or a quoted pattern of tiles, a built-in DEM (jacksboro), or synthetic:COLUMNSxROWS:SEED
+    #[arg(value_name = "FILE")]
+    pub dem: String,
+    /// The PNG to write: a pixel a sample; --thin makes it smaller
+    #[arg(value_name = "OUT.png")]
+    pub out: PathBuf,
+    /// Metres that a metre of height counts for in the shade
+    #[arg(long, value_name = "TIMES", default_value = "1", value_parser = parse_positive)]
+    pub exaggerate: f64,
     #[command(flatten)]
     pub read: ReadArgs,
 }
@@ -235,7 +288,7 @@ impl From<KindName> for Kind {
 
 #[derive(Debug, Args)]
 pub struct InfoArgs {
-    /// The file, a built-in DEM (jacksboro), or synthetic:COLUMNSxROWS:SEED
+    /// The file, a folder or a quoted pattern of tiles, a built-in DEM (jacksboro), or synthetic:COLUMNSxROWS:SEED
     #[arg(value_name = "FILE")]
     pub dem: String,
     #[command(flatten)]

@@ -1,11 +1,11 @@
 //! `dem synth`: writes synthetic ground of any size, with some rows of it in memory.
 
-use std::path::{Path, PathBuf};
-use std::{fs, io};
+use std::io;
+use std::path::Path;
 
 use rayon::prelude::*;
 use terrain_dem::synthetic::{Kind, SPACING_M};
-use terrain_dem::{DemError, write_atomically, write_png16_rows};
+use terrain_dem::{DemError, SIDECAR_MARK, sidecar_of, write_atomically, write_png16_rows};
 
 use crate::dem_args::SynthArgs;
 use crate::fault::{Cause, Fault};
@@ -13,12 +13,10 @@ use crate::interrupt;
 use crate::output::print;
 use crate::progress::Progress;
 use crate::results::probe_parent;
+use crate::sidecar_file;
 
 /// Metres a step of the values: all heights of all kinds fit 16 bits.
 const SCALE_M: f64 = 0.05;
-
-/// What a sidecar of ours is known by.
-const SOURCE: &str = "source = \"terrain-lod dem synth ";
 
 /// Rows that are made at once, on all threads.
 const BATCH: u32 = 64;
@@ -26,8 +24,8 @@ const BATCH: u32 = 64;
 pub fn run(args: &SynthArgs) -> Result<(), Fault> {
     interrupt::listen();
     let ([columns, rows], out) = (args.size, &args.out);
+    sidecar_file::check_place(Path::new(""), out)?;
     probe_parent(out)?;
-    refuse_foreign_sidecar(&sidecar_of(out))?;
     let mut source = Rows::new(args);
     match ending(out) {
         Some("png") => write_png16_rows(out, columns, rows, &mut |row| source.fill(row)).map_err(or_interrupted)?,
@@ -35,8 +33,7 @@ pub fn run(args: &SynthArgs) -> Result<(), Fault> {
         _ => return Err(Fault::usage(format_args!("{}: expected a name that ends in .png or .r16", out.display()))),
     }
     write_sidecar(args)?;
-    let raw = if ending(out) == Some("r16") { format!("; --raw {columns}x{rows}:uint16") } else { String::new() };
-    print(&format!("{}: {columns} x {rows} samples of {SCALE_M} m a step{raw}\n", out.display()))
+    print(&format!("{}: {columns} x {rows} samples of {SCALE_M} m a step\n", out.display()))
 }
 
 fn ending(out: &Path) -> Option<&str> {
@@ -60,26 +57,14 @@ fn write_raw(out: &Path, [columns, rows]: [u32; 2], source: &mut Rows) -> Result
     written.map_err(|source| or_interrupted(DemError::Io { action: "write", path: out.to_owned(), source }))
 }
 
-fn sidecar_of(out: &Path) -> PathBuf {
-    out.with_extension("toml")
-}
-
-/// Someone else's words about another file are not to be lost.
-fn refuse_foreign_sidecar(path: &Path) -> Result<(), Fault> {
-    let is_free = match fs::read_to_string(path) {
-        Ok(text) => text.contains(SOURCE),
-        Err(e) => e.kind() == io::ErrorKind::NotFound,
-    };
-    let refused = || Fault::write(path, "it is there, and not by `dem synth`; expected another name, or no such file");
-    if is_free { Ok(()) } else { Err(refused()) }
-}
-
 /// What the numbers mean, for whoever reads them.
 fn write_sidecar(args: &SynthArgs) -> Result<(), Fault> {
     let (path, [columns, rows]) = (sidecar_of(&args.out), args.size);
     let kind = clap::ValueEnum::to_possible_value(&args.kind).expect("a name");
+    let raw =
+        if ending(&args.out) == Some("r16") { format!("raw = \"{columns}x{rows}:uint16\"\n") } else { String::new() };
     let text = format!(
-        "spacing_m = {SPACING_M:?}\nscale = {SCALE_M:?}\n{SOURCE}--size {columns}x{rows} --seed {} \
+        "{SIDECAR_MARK}\nspacing_m = {SPACING_M:?}\nscale = {SCALE_M:?}\n{raw}source = \"terrain-lod dem synth --size {columns}x{rows} --seed {} \
          --kind {}\"\n",
         args.seed,
         kind.get_name(),

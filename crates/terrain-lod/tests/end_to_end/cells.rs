@@ -105,9 +105,9 @@ fn synthetic_ground_is_the_same_in_every_file() {
     for kind in ["ridged", "hills", "coast", "spikes"] {
         let synth = |out: &str| run(place, &["dem", "synth", out, "--size", "90x70", "--kind", kind]);
         assert_eq!(synth("a.png"), "a.png: 90 x 70 samples of 0.05 m a step\n");
-        assert_eq!(synth("b.r16"), "b.r16: 90 x 70 samples of 0.05 m a step; --raw 90x70:uint16\n");
+        assert_eq!(synth("b.r16"), "b.r16: 90 x 70 samples of 0.05 m a step\n");
         run(place, &["dem", "cells", "a.png", "a.cells", "--layers", "3"]);
-        run(place, &["dem", "cells", "b.r16", "b.cells", "--layers", "3", "--raw", "90x70:uint16"]);
+        run(place, &["dem", "cells", "b.r16", "b.cells", "--layers", "3"]);
         assert!(fs::read(place.join("a.cells")).unwrap() == fs::read(place.join("b.cells")).unwrap(), "{kind}");
         assert!(run(place, &["dem", "info", "a.png"]).contains(&format!("--size 90x70 --seed 1 --kind {kind}")));
     }
