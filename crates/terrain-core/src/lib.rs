@@ -5,6 +5,7 @@
 //! ([`FrameStats`]), cracks and errors from the mirror's triangles ([`watertight`], [`error`]).
 
 pub mod contract;
+pub mod damage;
 pub mod error;
 pub mod flight;
 mod height_tiles;

@@ -268,3 +268,18 @@ fn impossible_numbers_of_frames_are_refused() {
     assert_eq!(refuse(0), "turn.toml:1:1: 0 frames; expected 1 to 1000000");
     assert_eq!(refuse(1_000_001), "turn.toml:1:1: 1000001 frames; expected 1 to 1000000");
 }
+
+/// Files with random damage are refused in one line, or are flights.
+#[test]
+fn damaged_flights_neither_panic_nor_break_the_line() {
+    let mut refused = 0;
+    for (name, text) in BUILT_IN {
+        for seed in 0..4000 {
+            let bytes = crate::damage::damage(text.as_bytes(), &mut crate::SplitMix64::new(seed));
+            let Err(error) = Flight::parse(name, &String::from_utf8_lossy(&bytes)) else { continue };
+            assert!(!error.to_string().contains('\n'), "{name}: seed {seed}: {error}");
+            refused += 1;
+        }
+    }
+    assert!(refused > 1000, "{refused}");
+}

@@ -266,4 +266,27 @@ mod tests {
             }
         }
     }
+
+    /// Files with random damage are refused in one line, or are suites.
+    #[test]
+    fn damaged_suites_neither_panic_nor_break_the_line() {
+        let mut refused = 0;
+        for (name, text) in BUILT_IN {
+            for seed in 0..1000 {
+                let bytes = terrain_core::damage::damage(text.as_bytes(), &mut terrain_core::SplitMix64::new(seed));
+                let text = String::from_utf8_lossy(&bytes);
+                let suite: Result<Suite, _> = SourceText { name, text: &text }.parse();
+                let checked = suite.map_err(|e| e.to_string()).and_then(|suite| {
+                    let top: Table = text.parse().expect("it was read once");
+                    let all = benches(&top, &suite.benches)?;
+                    all.iter().try_for_each(|(_, suite)| suite.validate().map_err(|e| e.to_string()))
+                });
+                if let Err(said) = checked {
+                    assert!(!said.contains('\n'), "{name}: seed {seed}: {said}");
+                    refused += 1;
+                }
+            }
+        }
+        assert!(refused > 1000, "{refused}");
+    }
 }

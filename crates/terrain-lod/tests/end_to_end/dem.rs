@@ -1,5 +1,7 @@
 //! Elevation files of other formats than PNG: what is said of them, and that methods fly over them.
 
+use terrain_dem::{ColourCode, ReadOptions};
+
 use crate::program::{bench, shared_dem, terrain_lod};
 
 /// 4 x 3 heights, one of them a void.
@@ -58,4 +60,62 @@ fn parts_of_a_dem_are_flown_under_their_own_name() {
         bench(&["--dem", "synthetic:97x80:3", "--crop", "65x65", "--thin", "2", "--methods", "tin", "--frames", "2"]);
     let found = ["dem", "dem_columns", "dem_rows", "cracks"].map(|column| rows[0][column].as_str());
     assert_eq!(found, ["synthetic-97x80-3-65x65+16+7-thin2", "33", "33", "0"]);
+}
+
+#[test]
+fn converted_files_are_the_same_dem() {
+    let place = tempfile::tempdir().unwrap();
+    let place = place.path();
+    std::fs::write(place.join("a.asc"), GRID).unwrap();
+    let said = |arguments: &[&str]| {
+        let output = terrain_lod(place, arguments);
+        let text = [output.stdout, output.stderr].concat();
+        (output.status.code(), String::from_utf8(text).unwrap())
+    };
+    for (out, kind) in [
+        ("b.png", "16-bit PNG in steps of 1 m, all heights exact; 1 voids as 0"),
+        ("c.r16", "uint16 in steps of 1 m, all heights exact; 1 voids as 0"),
+        ("d.tif", "float32 GeoTIFF; 1 voids as NaN"),
+        ("e.r32", "float32; 1 voids as NaN"),
+    ] {
+        let (code, text) = said(&["dem", "convert", "a.asc", out]);
+        assert_eq!(code, Some(0), "{text}");
+        assert!(text.contains(&format!("{out}: 4 x 3 samples, 30 x 30 m apart, {kind}\n")), "{text}");
+        let (_, json) = said(&["dem", "info", out, "--format", "json"]);
+        let json: serde_json::Value = serde_json::from_str(&json).unwrap();
+        let found = ["columns", "rows", "voids", "lowest_m", "highest_m", "spacing_m"].map(|key| json[key].to_string());
+        assert_eq!(found, ["4", "3", "1", "1.0", "12.0", "[30.0,30.0]"], "{out}");
+    }
+    let (code, text) = said(&["dem", "convert", "a.asc", "filled.r32", "--voids", "fill"]);
+    assert!(code == Some(0) && text.ends_with("30 x 30 m apart, float32\n"), "{text}");
+    let (code, text) = said(&["dem", "convert", "a.asc", "a.png"]);
+    assert!(code == Some(6) && text.contains("a.asc, too; expected another name"), "{text}");
+    assert_eq!(said(&["dem", "convert", "a.asc", "b.xyz"]).0, Some(2));
+}
+
+#[test]
+fn a_shaded_picture_has_a_pixel_a_sample() {
+    let place = tempfile::tempdir().unwrap();
+    std::fs::write(place.path().join("a.asc"), GRID).unwrap();
+    let output = terrain_lod(place.path(), &["dem", "shade", "a.asc", "a-shade.png"]);
+    assert_eq!(String::from_utf8(output.stdout).unwrap(), "a-shade.png: 4 x 3 pixels, 1 to 12 m\n");
+    // Its colours, packed as heights.
+    let packed = ReadOptions { colours: Some(ColourCode::Mapbox), spacing_m: Some([1.0; 2]), ..ReadOptions::default() };
+    let picture = terrain_dem::read(&place.path().join("a-shade.png"), &packed).unwrap().heightmap;
+    assert_eq!((picture.columns(), picture.rows()), (4, 3));
+    let void = f64::from(0xc8_00_c8) * 0.1 - 10_000.0;
+    assert_eq!(f64::from(picture.heights_m()[5]), void, "magenta");
+}
+
+#[test]
+fn tiles_are_flown_as_one_dem() {
+    let place = tempfile::tempdir().unwrap();
+    let place = place.path();
+    for (name, east) in [("a.asc", 500_000), ("b.asc", 500_120)] {
+        std::fs::write(place.join(name), GRID.replace("500000", &east.to_string())).unwrap();
+    }
+    let rows = bench(&["--dem", &format!("{}/?.asc", place.display()), "--methods", "htp,full-grid", "--frames", "2"]);
+    for row in rows {
+        assert_eq!([&row["dem_columns"], &row["dem_rows"], &row["cracks"]], ["8", "3", "0"]);
+    }
 }
