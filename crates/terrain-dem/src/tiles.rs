@@ -60,7 +60,11 @@ fn matching(pattern: &str) -> Result<Vec<PathBuf>, DemError> {
     let refuse =
         |e: glob::PatternError| DemError::input(pattern, format!("{}; expected a pattern such as N4*.hgt", e.msg));
     let found: Result<Vec<PathBuf>, _> = glob::glob(pattern).map_err(refuse)?.take(MAX_TILES + 1).collect();
-    let found = found.map_err(|e| DemError::io("read", &e.path().to_owned(), e.into()))?;
+    let unread = |e: glob::GlobError| {
+        let path = e.path().to_owned();
+        DemError::io("read", &path, e.into())
+    };
+    let found = found.map_err(unread)?;
     if found.is_empty() {
         return Err(DemError::input(pattern, "no file is named so; expected a pattern such as 'N4*W12*.hgt'".into()));
     }

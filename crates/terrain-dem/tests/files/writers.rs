@@ -123,11 +123,11 @@ pub fn usgs(block: usize) -> Vec<u8> {
     let header = format!("{header}{:>6}{:>6}{:>6}{:<192}{:<48}{:<30}", 2, 1, 4, "", "", "");
     let header = format!("{header}{:>12}{:>12}{:>12}{:>6}{:>6}", "3.000000E+01", "4.000000E+01", "5.000000E-01", 1, 4);
     record(header);
-    for column in 0..4 {
+    for (column, east) in [500_000.0, 500_030.0, 500_060.0, 500_090.0].into_iter().enumerate() {
         let (south, north) = (usize::from(column == 1), usize::from(column == 2));
         let rows: Vec<usize> = (north..3 - south).rev().collect();
         let mut text = format!("{:>6}{:>6}{:>6}{:>6}", 1, column + 1, rows.len(), 1);
-        text += &double(500_000.0 + column as f64 * 30.0);
+        text += &double(east);
         text += &double(4_000_000.0 + south as f64 * 40.0);
         // A datum of 10 feet.
         text += &[10.0, 0.0, 0.0].map(double).concat();
