@@ -213,7 +213,7 @@ pub struct CellsArgs {
 impl CellsArgs {
     /// With the defaults of `dem cells`.
     pub fn plain(dem: String, out: PathBuf, read: ReadArgs) -> Self {
-        Self { dem, out, k: DEFAULT_K, layers: DEFAULT_LAYERS, read }
+        Self { dem, out, k: DEFAULT_K, layers: DEFAULT_LAYERS, notice: None, read }
     }
 }
 

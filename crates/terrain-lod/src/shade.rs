@@ -62,14 +62,18 @@ struct Shade<'a> {
 impl<'a> Shade<'a> {
     fn of(dem: &'a Dem, exaggerate: f64) -> Self {
         let mut shade = Self { dem, exaggerate, range_m: [f32::INFINITY, f32::NEG_INFINITY] };
-        let map = &dem.heightmap;
-        for (row, row_m) in (0..).zip(map.heights_m().chunks(map.columns() as usize)) {
-            for (_, height_m) in (0..).zip(row_m).filter(|(column, _)| !shade.is_void(*column, row)) {
-                let [low, high] = shade.range_m;
-                shade.range_m = [low.min(*height_m), high.max(*height_m)];
-            }
-        }
+        shade.range_m =
+            shade.heights_m().fold(shade.range_m, |[low, high], height_m| [low.min(height_m), high.max(height_m)]);
         shade
+    }
+
+    /// Of the samples that are no voids.
+    fn heights_m(&self) -> impl Iterator<Item = f32> {
+        let map = &self.dem.heightmap;
+        let rows = (0..).zip(map.heights_m().chunks(map.columns() as usize));
+        let samples =
+            rows.flat_map(|(row, row_m)| (0..).zip(row_m).map(move |(column, height_m)| (column, row, *height_m)));
+        samples.filter(|(column, row, _)| !self.is_void(*column, *row)).map(|(_, _, height_m)| height_m)
     }
 
     fn is_void(&self, column: u32, row: u32) -> bool {
