@@ -24,13 +24,15 @@ const BATCH: u32 = 64;
 pub fn run(args: &SynthArgs) -> Result<(), Fault> {
     interrupt::listen();
     let ([columns, rows], out) = (args.size, &args.out);
+    if !matches!(ending(out), Some("png" | "r16")) {
+        return Err(Fault::usage(format_args!("{}: expected a name that ends in .png or .r16", out.display())));
+    }
     sidecar_file::check_place(Path::new(""), out)?;
     probe_parent(out)?;
     let mut source = Rows::new(args);
     match ending(out) {
         Some("png") => write_png16_rows(out, columns, rows, &mut |row| source.fill(row)).map_err(or_interrupted)?,
-        Some("r16") => write_raw(out, args.size, &mut source)?,
-        _ => return Err(Fault::usage(format_args!("{}: expected a name that ends in .png or .r16", out.display()))),
+        _ => write_raw(out, args.size, &mut source)?,
     }
     write_sidecar(args)?;
     print(&format!("{}: {columns} x {rows} samples of {SCALE_M} m a step\n", out.display()))
