@@ -23,13 +23,17 @@ struct Frame {
     morph_reach_m: f32,
     morph_k: i32,
     morph_levels: i32,
-    padding: vec2<u32>,
+    metre_px_at_1_m: f32,
+    error_scale_px: f32,
+    to_sun: vec3<f32>,
+    padding: u32,
 }
 
 const COLOUR_BY_PATCH = 1u;
 const COLOUR_BY_LEVEL = 2u;
 const COLOUR_PLAIN = 3u;
 const COLOUR_BY_NORMAL = 4u;
+const COLOUR_BY_ERROR = 8u;
 const NORMALS_PER_VERTEX = 1u;
 const MORPH_START = 0.7;
 const MORPH_END = 0.95;
@@ -260,19 +264,61 @@ fn level_colour(level: u32) -> vec3<f32> {
     return from_hue(f32(level % 8u) / 8.0 + turn / 16.0, 0.85, 0.27 - 0.12 * turn);
 }
 
+// Where a height lies relative to one triangle: 0 on it. `uv` from the corner at the right angle.
+fn above_triangle_m(height_m: f32, apex_m: f32, u_end_m: f32, v_end_m: f32, uv: vec2<f32>) -> f32 {
+    return height_m - (apex_m + uv.x * (u_end_m - apex_m) + uv.y * (v_end_m - apex_m));
+}
+
+// |mesh - DEM| in metres: at a sample as the error oracle has it. Between samples a quad may be cut along either diagonal;
+// what lies between the two surfaces is no error, so that a mesh of all samples has none.
+fn error_m(column_row: vec2<f32>, mesh_m: f32) -> f32 {
+    let first = clamp(vec2<i32>(floor(column_row)), vec2<i32>(0), frame.last_sample - 1);
+    let uv = clamp(column_row - vec2<f32>(first), vec2<f32>(0.0), vec2<f32>(1.0));
+    let nw_m = height_of(first);
+    let ne_m = height_of(first + vec2<i32>(1, 0));
+    let sw_m = height_of(first + vec2<i32>(0, 1));
+    let se_m = height_of(first + vec2<i32>(1, 1));
+    var rising_m = above_triangle_m(mesh_m, nw_m, ne_m, sw_m, uv);
+    if uv.x + uv.y > 1.0 {
+        rising_m = above_triangle_m(mesh_m, se_m, sw_m, ne_m, 1.0 - uv);
+    }
+    var falling_m = above_triangle_m(mesh_m, ne_m, nw_m, se_m, vec2<f32>(1.0 - uv.x, uv.y));
+    if uv.y > uv.x {
+        falling_m = above_triangle_m(mesh_m, sw_m, se_m, nw_m, vec2<f32>(uv.x, 1.0 - uv.y));
+    }
+    let is_between = rising_m * falling_m <= 0.0;
+    return select(min(abs(rising_m), abs(falling_m)), 0.0, is_between);
+}
+
+// The same colours as `heat_colour` in look.rs; a test compares the two.
+fn heat_colour(share: f32) -> vec3<f32> {
+    if share > 1.0 {
+        return vec3<f32>(0.55, 0.02, 0.40);
+    }
+    let cold = mix(vec3<f32>(0.03, 0.08, 0.25), vec3<f32>(0.02, 0.38, 0.42), smoothstep(0.0, 0.33, share));
+    let warm = mix(cold, vec3<f32>(0.75, 0.62, 0.04), smoothstep(0.25, 0.66, share));
+    return mix(warm, vec3<f32>(0.70, 0.04, 0.02), smoothstep(0.60, 1.0, share));
+}
+
+// Hue says the error in pixels, brightness the relief.
+fn error_colour(in: Corner) -> vec3<f32> {
+    let error_px = error_m(in.normal_source, in.height_m) * frame.metre_px_at_1_m / length(in.position_eye);
+    return heat_colour(error_px / frame.error_scale_px);
+}
+
 fn surface_colour(in: Corner, normal: vec3<f32>) -> vec3<f32> {
     switch frame.colour {
         case COLOUR_BY_PATCH: { return patch_colour(in.tag >> 4u); }
         case COLOUR_BY_LEVEL: { return level_colour(in.tag & 15u); }
         case COLOUR_PLAIN: { return vec3<f32>(0.30); }
+        case COLOUR_BY_ERROR: { return error_colour(in); }
         default: { return ground_colour(in.height_m, normal); }
     }
 }
 
-// One sun in the north-west, as on printed maps, and a sky that is brighter than the ground.
+// One sun, and a sky that is brighter than the ground.
 fn light(normal: vec3<f32>) -> vec3<f32> {
-    let to_sun = normalize(vec3<f32>(-0.62, 0.58, -0.53));
-    let sun = vec3<f32>(1.00, 0.90, 0.74) * 2.0 * max(dot(normal, to_sun), 0.0);
+    let sun = vec3<f32>(1.00, 0.90, 0.74) * 2.0 * max(dot(normal, frame.to_sun), 0.0);
     let sky = mix(vec3<f32>(0.12, 0.11, 0.10), vec3<f32>(0.34, 0.43, 0.58), 0.5 + 0.5 * normal.y);
     return sun + sky;
 }
@@ -292,6 +338,9 @@ fn normal_colour(normal: vec3<f32>) -> vec3<f32> {
 fn lit(in: Corner, normal: vec3<f32>) -> vec3<f32> {
     if frame.colour == COLOUR_BY_NORMAL {
         return normal_colour(normal);
+    }
+    if frame.colour == COLOUR_BY_ERROR {
+        return surface_colour(in, normal) * (0.65 + 0.35 * max(dot(normal, frame.to_sun), 0.0));
     }
     return surface_colour(in, normal) * light(normal);
 }

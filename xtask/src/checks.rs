@@ -57,7 +57,9 @@ fn require_components() -> Result<(), Fault> {
     Ok(())
 }
 
+/// An adapter for the renderer's tests, a display for the viewer's.
 fn set_up_gpu() -> Result<(), Fault> {
+    setup::ensure_display();
     if !setup::ensure_adapter(&program::build(Profile::Dev)?) {
         eprintln!("xtask: no GPU adapter: the tests go on without");
     }

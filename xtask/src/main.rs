@@ -1,6 +1,6 @@
 //! `cargo xtask <command>`: builds, runs and checks the workspace.
 //!
-//! It spawns cargo and the program `terrain-lod` and links none of the other crates, so that it builds in seconds and
+//! It spawns cargo and the programs `terrain-lod` and `terrain-viewer` and links none of the other crates, so that it builds in seconds and
 //! works while they do not.
 
 mod bench_check;
@@ -79,6 +79,7 @@ fn run(command: &str, args: Vec<OsString>) -> Result<(), Fault> {
     }
     match command {
         "" | "help" | "--help" | "-h" => print_usage(),
+        "view" => return Err(view(&args)),
         "test" | "check-bench" | "check-readme" | "record" if has_any(&args, &["--help", "-h"]) => print_usage(),
         "test" => {
             refuse_all_but(&args, &["--no-gpu"])?;
@@ -112,6 +113,20 @@ fn forward(command: &Forwarded, mut args: Vec<OsString>) -> Fault {
     }
     args.insert(0, command.name.into());
     program::become_program(&program, &args)
+}
+
+/// Builds the viewer and becomes it. The other program knows the adapters.
+fn view(args: &[OsString]) -> Fault {
+    if !has_any(args, &["--help", "-h"]) && !names_an_adapter(args) {
+        match program::build(Profile::Release) {
+            Ok(program) => drop(setup::ensure_adapter(&program)),
+            Err(fault) => return fault,
+        }
+    }
+    match program::build_viewer() {
+        Ok(program) => program::become_program(&program, args),
+        Err(fault) => fault,
+    }
 }
 
 /// Sees to a GPU adapter, and asks the bench to go on without where there is none.
@@ -156,7 +171,8 @@ Usage: cargo xtask <COMMAND> [ARGS]
 
 Commands of terrain-lod, built in release; --help after one shows its arguments:";
 
-const CHECKS_AND_EXAMPLES: &str = "
+const CHECKS_AND_EXAMPLES: &str = "  view         fly through a DEM in a window, two methods side by side
+
 Checks:
   test         everything that must pass: format, lints, tests, documentation (--no-gpu: no GPU set-up)
   check-bench  fly the quick suite and check its table: every method, no error, no crack (--no-gpu: without a GPU)
@@ -166,6 +182,7 @@ Checks:
 Examples:
   cargo xtask bench
   cargo xtask bench --tolerance 0.5,1 --methods tin,full-grid --no-gpu
+  cargo xtask view my.tif
   cargo xtask cmp results/before results/after --fail-on 5%
   cargo xtask test
 

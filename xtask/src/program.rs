@@ -1,4 +1,4 @@
-//! Builds the program `terrain-lod` and runs it.
+//! Builds the programs and runs them.
 
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
@@ -26,22 +26,32 @@ impl Profile {
     }
 }
 
-/// Builds the program, cargo's progress on stderr, and returns where it is.
+/// Builds `terrain-lod` and returns where it is.
+pub fn build(profile: Profile) -> Result<PathBuf, Fault> {
+    build_with("terrain-lod", profile.args())
+}
+
+/// Builds `terrain-viewer` in release and returns where it is.
+pub fn build_viewer() -> Result<PathBuf, Fault> {
+    build_with("terrain-viewer", &["--release", "--package", "terrain-viewer"])
+}
+
+/// Builds a program, cargo's progress on stderr.
 ///
 /// Asking cargo for the path holds for every target folder and target triple. `cargo run` would find it too, but mixes
 /// the exit codes of cargo with the program's.
-pub fn build(profile: Profile) -> Result<PathBuf, Fault> {
+fn build_with(name: &str, args: &[&str]) -> Result<PathBuf, Fault> {
     let output = cargo()
         .args(["build", "--message-format=json-render-diagnostics"])
-        .args(profile.args())
+        .args(args)
         .stderr(Stdio::inherit())
         .output()
         .map_err(|error| Fault::failure(format!("cannot start cargo: {error}")))?;
     if !output.status.success() {
-        return Err(Fault::failure("terrain-lod does not build"));
+        return Err(Fault::failure(format!("{name} does not build")));
     }
     executable_in(&String::from_utf8_lossy(&output.stdout))
-        .ok_or_else(|| Fault::failure("cargo built terrain-lod but did not say where"))
+        .ok_or_else(|| Fault::failure(format!("cargo built {name} but did not say where")))
 }
 
 /// The cargo that runs us, at the top of the workspace.

@@ -32,6 +32,26 @@ const PACKAGE_MANAGERS: [PackageManager; 5] = [
     PackageManager { program: "apk", commands: &[&["apk", "add", "vulkan-loader", "mesa-vulkan-swrast"]] },
 ];
 
+/// A display without a screen, and the libraries that a window opens: for the viewer's tests.
+const DISPLAY: PackageManager = PackageManager {
+    program: "apt-get",
+    commands: &[
+        &["apt-get", "update"],
+        &[
+            "apt-get",
+            "install",
+            "-y",
+            "--no-install-recommends",
+            "xvfb",
+            "libx11-xcb1",
+            "libxcursor1",
+            "libxi6",
+            "libxkbcommon-x11-0",
+            "libxrandr2",
+        ],
+    ],
+};
+
 impl PackageManager {
     /// One line to paste into a shell.
     fn command_line(&self, sudo: bool) -> String {
@@ -85,6 +105,15 @@ pub fn ensure_adapter(program: &Path) -> bool {
     match carry_out(decide(&facts)) {
         Outcome::Unchanged => facts.adapter,
         Outcome::Installed => has_adapter(program),
+    }
+}
+
+/// Sees to a display for the viewer's tests where that can be done unasked; elsewhere they are skipped, and say so.
+pub fn ensure_display() {
+    let is_ours = cfg!(target_os = "linux") && is_root() && on_path(DISPLAY.program);
+    if is_ours && !on_path("Xvfb") {
+        eprintln!("xtask: no Xvfb: installing it: {}", DISPLAY.command_line(false));
+        install(&DISPLAY, false);
     }
 }
 

@@ -16,18 +16,17 @@ use crate::methods::Run;
 pub struct Cells(Vec<([u32; 2], Arc<dyn CellSource>)>);
 
 impl Cells {
-    /// Gets the cells that these runs need, and refuses windows that are too small for them.
-    pub fn of(runs: &[Run], dem: &Dem, spec: &str) -> Result<Self, Fault> {
-        let mut cells = Self::default();
+    /// Gets the cells that these runs need and that are not there yet, and refuses windows that are too small for them.
+    pub fn add(&mut self, runs: &[Run], dem: &Dem, spec: &str) -> Result<(), Fault> {
         for options in runs.iter().filter_map(Run::streamed) {
             let key = [options.k, options.layers];
-            if cells.get(key).is_none() {
+            if self.get(key).is_none() {
                 let file = from_file(Path::new(spec), key)?;
-                cells.0.push((key, file.map_or_else(|| cut(dem, &options), Ok)?));
+                self.0.push((key, file.map_or_else(|| cut(dem, &options), Ok)?));
             }
-            cells.open(&options)?.0.header().check(&options).map_err(Fault::usage)?;
+            self.open(&options)?.0.header().check(&options).map_err(Fault::usage)?;
         }
-        Ok(cells)
+        Ok(())
     }
 
     /// The cells for a run's options.

@@ -122,6 +122,7 @@ impl AdapterArgs {
         self.adapter.is_none() && self.backend.is_none()
     }
 
+    /// The same for the renderer.
     pub fn choice(&self) -> AdapterChoice {
         AdapterChoice { backend: self.backend.clone(), name: self.adapter.clone() }
     }

@@ -78,6 +78,7 @@ impl DemArgs {
 }
 
 impl ReadArgs {
+    /// The same for the reader.
     pub fn options(&self) -> ReadOptions {
         ReadOptions {
             spacing_m: self.spacing,

@@ -14,7 +14,8 @@ use crate::progress::Progress;
 use crate::read_failures::ReadFailures;
 use crate::suite::Bench;
 
-/// One frame of the error pass, a row in `frames/*-error.csv`.
+/// One frame of the error pass, a row in `frames/*-error.csv`; the columns as METHODOLOGY.md defines them.
+#[expect(missing_docs, reason = "the names are those of the columns, and METHODOLOGY.md defines them")]
 #[derive(Clone, Debug, Default, Serialize)]
 pub struct ErrorFrame {
     pub frame: u32,
@@ -120,27 +121,35 @@ pub struct Judge<'a> {
 /// What a plan has done to the mesh.
 #[derive(Clone, Copy)]
 pub enum Change {
+    /// It is the mesh of before.
     Nothing,
-    /// Triangles that the mesh before had not, where it drew the ground.
+    /// It may be another one.
     Mesh {
+        /// Those that the mesh before had not, where it drew the ground.
         triangles: u64,
     },
 }
 
 impl<'a> Judge<'a> {
+    /// Of one run of a bench.
     pub fn new(bench: &'a Bench, run: &Run, sizes: &BufferSizes) -> Self {
         let tolerances: Vec<f32> = bench.suite.tolerances_of(run).iter().map(|t| *t as f32).collect();
+        Self::over(&bench.dem.heightmap, &tolerances, sizes)
+    }
+
+    /// Over a DEM, for tolerances in pixels, of which the first is the frames' own.
+    pub fn over(heightmap: &'a Heightmap, tolerances: &[f32], sizes: &BufferSizes) -> Self {
         Self {
-            heightmap: &bench.dem.heightmap,
-            mirror: MeshMirror::new(sizes, &bench.dem.heightmap),
+            heightmap,
+            mirror: MeshMirror::new(sizes, heightmap),
             index_format: sizes.index_format,
-            watertight: WatertightOracle::new(bench.dem.heightmap.columns(), bench.dem.heightmap.rows()),
+            watertight: WatertightOracle::new(heightmap.columns(), heightmap.rows()),
             topology: Watertightness::default(),
-            oracle: ErrorOracle::new(&bench.dem.heightmap),
+            oracle: ErrorOracle::new(heightmap),
             triangles: TriangleSet::default(),
-            frame: ErrorDistribution::new(&tolerances),
+            frame: ErrorDistribution::new(tolerances),
             frame_popping: Popping::default(),
-            flight: ErrorDistribution::new(&tolerances),
+            flight: ErrorDistribution::new(tolerances),
             flight_popping: Popping::default(),
         }
     }

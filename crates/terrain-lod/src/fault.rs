@@ -30,11 +30,13 @@ pub enum Cause {
 /// An error that has reached the user.
 #[derive(Clone, Debug)]
 pub struct Fault {
+    /// Whose it was: the exit code.
     pub cause: Cause,
     message: String,
 }
 
 impl Fault {
+    /// One line: what was found, what was expected, what to do.
     pub fn new(cause: Cause, message: impl Display) -> Self {
         Self { cause, message: message.to_string() }
     }

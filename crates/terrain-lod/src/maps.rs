@@ -25,19 +25,17 @@ pub struct Kept<'a> {
 }
 
 impl Maps {
-    /// Gets the maps that these runs need.
-    pub fn of(runs: &[Run], heightmap: &Heightmap, kept: Option<Kept>) -> Self {
-        let mut maps = Self::default();
+    /// Gets the maps that these runs need and that are not there yet.
+    pub fn add(&mut self, runs: &[Run], heightmap: &Heightmap, kept: Option<Kept>) {
         for nodes in runs.iter().filter_map(|run| run.nodes(heightmap)) {
-            if maps.get(&nodes).is_none() {
+            if self.get(&nodes).is_none() {
                 let found = match kept {
                     Some(kept) => read_or_build(kept, heightmap, nodes),
                     None => build(heightmap, nodes),
                 };
-                maps.0.push(Arc::new(found));
+                self.0.push(Arc::new(found));
             }
         }
-        maps
     }
 
     pub fn get(&self, nodes: &Nodes) -> Option<Arc<NodeMaps>> {

@@ -56,8 +56,9 @@ impl MethodName {
     }
 }
 
-/// Settings of one run; each method takes those that it knows.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+/// Settings of one run; each method takes those that it knows. Their defaults are those of the bench's flags.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
 pub struct Settings {
     /// tin, rqt, geomipmap: the error in pixels that steers their selection; htp by error: its bound; greedy: its
     /// error at one distance.
@@ -111,7 +112,9 @@ pub struct Settings {
 /// One method with its settings.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Run {
+    /// Which one.
     pub method: MethodName,
+    /// Of which it takes those that it knows.
     pub settings: Settings,
 }
 
@@ -179,6 +182,7 @@ impl Run {
         self.needs_maps().then(|| Nodes::new(heightmap, options.patch, options.group()))
     }
 
+    /// Whether it is the bounded TIN.
     pub fn needs_maps(&self) -> bool {
         self.method == MethodName::Tin && self.settings.selector == SelectorName::Bounded
     }

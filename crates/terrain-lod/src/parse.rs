@@ -42,6 +42,7 @@ pub fn parse_spacing(text: &str) -> Result<[f64; 2], String> {
     }
 }
 
+/// Width and height in pixels: `640x360`.
 pub fn parse_size(text: &str) -> Result<[u32; 2], String> {
     let sides = text.split_once('x').and_then(|(w, h)| Some([w.parse().ok()?, h.parse().ok()?]));
     sides

@@ -23,7 +23,7 @@ use crate::flight_curves::FlightCurves;
 use crate::methods::{MethodName, Run, Settings};
 use crate::pivot::Pivot;
 
-pub use bench::Bench;
+pub use bench::{Bench, open_flight};
 pub use file::{NamedSuite, SuiteFile, is_folder_name};
 use one_or_more::one_or_more;
 
@@ -209,6 +209,12 @@ impl Default for Suite {
             figures: Vec::new(),
             benches: Vec::new(),
         }
+    }
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Suite::default().first_settings()
     }
 }
 

@@ -30,7 +30,7 @@ pub struct FrameUniforms {
     pub half_light_m: f32,
     /// What the terrain fades into: linear red, green, blue.
     pub haze_colour: [f32; 3],
-    /// [`Colour`] as a number: 0 shaded, 1 by patch, 2 by level, 3 plain, 4 by normal.
+    /// [`Colour`] as a number: 0 shaded, 1 by patch, 2 by level, 3 plain, 4 by normal, 8 by error.
     pub colour: u32,
     /// [`Normals`] as a number: 0 per pixel, 1 per vertex, 2 per triangle: also where the scene has none.
     pub normals: u32,
@@ -44,8 +44,14 @@ pub struct FrameUniforms {
     pub morph_k: i32,
     /// [`Morph::levels`](terrain_core::Morph::levels).
     pub morph_levels: i32,
+    /// Pixels that a metre covers at a distance of 1 m.
+    pub metre_px_at_1_m: f32,
+    /// [`Look::error_scale_px`].
+    pub error_scale_px: f32,
+    /// [`Look::to_sun`], of length 1.
+    pub to_sun: [f32; 3],
     /// Up to a multiple of 16 bytes.
-    pub padding: [u32; 2],
+    pub padding: u32,
 }
 
 impl FrameUniforms {
@@ -64,8 +70,8 @@ impl FrameUniforms {
             last_sample: scene.size_samples().map(|samples| samples as i32 - 1),
             height_range_m: scene.height_range_m(),
             eye_height_m: view.eye_world.y as f32,
-            // So far away that nothing is lost on the way.
-            half_light_m: if is_hazy { scene.half_light_m() } else { f32::MAX },
+            // A legend holds at any distance; and without haze, what fades is so far away that nothing is lost on the way.
+            half_light_m: if is_hazy && look.colour != Colour::ByError { scene.half_light_m() } else { f32::MAX },
             haze_colour: [r, g, b],
             colour: match look.colour {
                 Colour::Shaded => 0,
@@ -73,9 +79,14 @@ impl FrameUniforms {
                 Colour::ByLevel => 2,
                 Colour::Plain => 3,
                 Colour::ByNormal => 4,
+                // Without the DEM's heights there is nothing to compare with.
+                Colour::ByError if !scene.has_heights() => 0,
+                Colour::ByError => 8,
             },
             normals: match look.normals {
                 _ if !scene.has_heights() => 2,
+                // Where a fragment is on the DEM travels with the normals per pixel.
+                _ if look.colour == Colour::ByError => 0,
                 Normals::PerTriangle => 2,
                 Normals::PerPixel => 0,
                 Normals::PerVertex => 1,
@@ -85,9 +96,17 @@ impl FrameUniforms {
             morph_reach_m: plan.morph.map_or(0.0, |morph| morph.reach_m as f32),
             morph_k: plan.morph.map_or(0, |morph| morph.k as i32),
             morph_levels: plan.morph.map_or(0, |morph| morph.levels as i32),
-            padding: [0; 2],
+            metre_px_at_1_m: view.pixels(1.0, 1.0) as f32,
+            error_scale_px: look.error_scale_px,
+            to_sun: unit(look.to_sun),
+            padding: 0,
         }
     }
+}
+
+fn unit(vector: [f32; 3]) -> [f32; 3] {
+    let length = vector.iter().map(|x| x * x).sum::<f32>().sqrt();
+    vector.map(|x| x / length)
 }
 
 /// Two triangles with legs of one pixel cover a pixel.

@@ -37,7 +37,7 @@ pub use buffers::MethodBuffers;
 pub use error::RenderError;
 pub use gpu::{AdapterChoice, AdapterFacts, Gpu, ListedAdapter};
 pub use layout::FrameUniforms;
-pub use look::{Colour, Look, Normals};
+pub use look::{Colour, Look, Normals, heat_colour};
 pub use pass::{PreparedFrame, TerrainPass, ViewBindings};
 pub use renderer::{FrameTimes, Renderer, RendererSettings};
 pub use scene::Scene;

@@ -54,7 +54,7 @@ pub(crate) fn binding_layout(device: &wgpu::Device, scene: &Scene) -> wgpu::Bind
     let float = |filterable| texture(wgpu::TextureSampleType::Float { filterable });
     let mut entries = vec![
         entry(0, ShaderStages::VERTEX_FRAGMENT, uniforms),
-        entry(1, ShaderStages::VERTEX, float(false)),
+        entry(1, ShaderStages::VERTEX_FRAGMENT, float(false)),
         entry(2, ShaderStages::VERTEX_FRAGMENT, float(true)),
         entry(3, ShaderStages::FRAGMENT, wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering)),
     ];

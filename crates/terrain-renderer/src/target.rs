@@ -25,11 +25,16 @@ impl Target {
 
     /// An empty picture; refuses a size beyond the adapter's textures.
     pub fn new(gpu: &Gpu, size_px: [u32; 2]) -> Result<Self, RenderError> {
+        Self::with_format(gpu, size_px, Self::COLOUR_FORMAT)
+    }
+
+    /// The same in the colour format of a window: four bytes for each pixel, with blue before red or not.
+    pub fn with_format(gpu: &Gpu, size_px: [u32; 2], format: TextureFormat) -> Result<Self, RenderError> {
         let limit = gpu.device.limits().max_texture_dimension_2d;
         if size_px.iter().any(|&side| side > limit) {
             return Err(RenderError::TextureTooLarge { what: "picture", size: size_px, limit });
         }
-        let colour = attachment(gpu, "colour", Self::COLOUR_FORMAT, size_px);
+        let colour = attachment(gpu, "colour", format, size_px);
         let depth = attachment(gpu, "depth", Self::DEPTH_FORMAT, size_px);
         let [colour_view, depth_view] = [&colour, &depth].map(|texture| texture.create_view(&Default::default()));
         gpu.check()?;
@@ -53,7 +58,10 @@ impl Target {
 
     /// The picture as it was drawn last.
     pub fn read_back(&self, gpu: &Gpu) -> Result<RgbaImage, RenderError> {
-        let bytes = self.read_texels(gpu, &self.colour, TextureAspect::All)?;
+        let mut bytes = self.read_texels(gpu, &self.colour, TextureAspect::All)?;
+        if matches!(self.colour.format(), TextureFormat::Bgra8UnormSrgb | TextureFormat::Bgra8Unorm) {
+            bytes.chunks_exact_mut(4).for_each(|pixel| pixel.swap(0, 2));
+        }
         let [width, height] = self.size_px;
         Ok(RgbaImage::from_raw(width, height, bytes).expect("four bytes for each pixel"))
     }
@@ -105,7 +113,7 @@ fn attachment(gpu: &Gpu, label: &str, format: TextureFormat, [width, height]: [u
         sample_count: 1,
         dimension: wgpu::TextureDimension::D2,
         format,
-        usage: TextureUsages::RENDER_ATTACHMENT | TextureUsages::COPY_SRC,
+        usage: TextureUsages::RENDER_ATTACHMENT | TextureUsages::COPY_SRC | TextureUsages::TEXTURE_BINDING,
         view_formats: &[],
     })
 }

@@ -105,6 +105,9 @@ fn frame_uniforms_have_the_layout_of_the_shader() {
         morph_reach_m,
         morph_k,
         morph_levels,
+        metre_px_at_1_m,
+        error_scale_px,
+        to_sun,
         padding
     );
     assert_eq!(in_wgsl, in_rust);

@@ -8,16 +8,15 @@ use terrain_dem::{Dem, ReadOptions};
 use terrain_renderer::{Look, Submission};
 
 use super::{NamedSuite, Suite};
-use crate::cells::Cells;
 use crate::cli::BenchArgs;
 use crate::dem;
 use crate::fault::{Cause, Fault};
-use crate::maps::{Kept, Maps};
+use crate::maps::Kept;
 use crate::methods::Run;
 use crate::prepared::Prepared;
 
 /// A flight by its built-in name or its file.
-fn open_flight(spec: &str) -> Result<Flight, Fault> {
+pub fn open_flight(spec: &str) -> Result<Flight, Fault> {
     if let Some(flight) = Flight::built_in(spec) {
         return Ok(flight);
     }
@@ -87,9 +86,7 @@ impl Bench {
             return Err(Fault::usage(message + ", or no --keep-maps"));
         }
         let kept = keep.then_some(Kept { beside: file, may_write });
-        let maps = Maps::of(&self.runs, &self.dem.heightmap, kept);
-        self.prepared = Prepared { maps, cells: Cells::of(&self.runs, &self.dem, &self.suite.dem)? };
-        Ok(())
+        self.prepared.add(&self.runs, &self.dem, &self.suite.dem, kept)
     }
 
     /// The view of one frame.
