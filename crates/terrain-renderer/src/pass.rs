@@ -169,6 +169,10 @@ impl PreparedFrame<'_> {
     }
 
     fn draw_with(&self, pipeline: &wgpu::RenderPipeline, pass: &mut wgpu::RenderPass) -> u32 {
+        // Where nothing has ever been drawn the buffers may be empty, and wgpu panics where such are bound.
+        if self.plan.draws.is_empty() {
+            return 0;
+        }
         pass.set_pipeline(pipeline);
         pass.set_bind_group(0, &self.bindings.group, &[]);
         self.buffers.bind(pass);

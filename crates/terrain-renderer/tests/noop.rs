@@ -38,6 +38,17 @@ fn an_empty_plan_is_a_frame_without_draw_calls() {
     assert_eq!(draw_calls(Submission::MultiIndirect, &mesh, false), 0);
 }
 
+/// A camera that has seen nothing yet: an index buffer that follows what is drawn has no bytes.
+#[test]
+fn an_empty_plan_over_empty_buffers_is_a_frame_too() {
+    let mut mesh = baked_grid(&hills::hills(), 100);
+    mesh.plan.clear();
+    mesh.sizes.indices = 0;
+    for submission in [Submission::Direct, Submission::MultiIndirect] {
+        assert_eq!(draw_calls(submission, &mesh, true), 0);
+    }
+}
+
 #[test]
 fn a_read_back_picture_has_the_size_of_the_target() {
     let renderer = renderer(Submission::Direct);

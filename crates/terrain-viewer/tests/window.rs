@@ -1,6 +1,6 @@
 //! The window itself, under Xvfb. Skipped where there is no such thing, or no graphics adapter.
 
-use std::io::{BufRead, BufReader};
+use std::io::{BufRead, BufReader, Write};
 use std::process::{Child, Command, Output, Stdio};
 
 /// An X server without a screen; ended with the test.
@@ -17,7 +17,7 @@ impl Display {
             .stderr(Stdio::null())
             .spawn();
         let Ok(mut server) = server else {
-            eprintln!("skipped: there is no Xvfb (apt install xvfb)");
+            skip("there is no Xvfb (apt install xvfb)");
             return None;
         };
         let mut line = String::new();
@@ -25,11 +25,17 @@ impl Display {
         BufReader::new(output).read_line(&mut line).unwrap();
         let display = Self { server, name: format!(":{}", line.trim()) };
         if line.trim().is_empty() {
-            eprintln!("skipped: Xvfb does not start");
+            skip("Xvfb does not start");
             return None;
         }
         Some(display)
     }
+}
+
+/// Not by `eprintln!`, which the test harness captures.
+fn skip(why: &str) {
+    let mut stderr = std::io::stderr();
+    writeln!(stderr, "skipped: {why}").unwrap();
 }
 
 impl Drop for Display {
@@ -53,7 +59,7 @@ fn view(args: &[&str], settings: &std::path::Path) -> Option<Output> {
         .unwrap();
     let stderr = String::from_utf8_lossy(&output.stderr).into_owned();
     if output.status.code() == Some(5) && (stderr.contains("adapter") || stderr.contains("window")) {
-        eprintln!("skipped: {stderr}");
+        skip(&stderr);
         return None;
     }
     assert!(output.status.success(), "{stderr}");
