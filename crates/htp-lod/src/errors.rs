@@ -7,7 +7,8 @@
 //! maximum with the masks that it contains: a block stays fine when a side is no longer collapsed. Even a patch of the
 //! finest layer has errors, where a side drops samples.
 //!
-//! Only what can be drawn is stored, by split patch: its own error and those of its border children (`border`).
+//! Only what can be drawn is stored, by split patch: its own error and those of its border children (`border`). Every
+//! decision needs the first, few the others: in memory they are apart, in a file of cells together, a record a square.
 //!
 //! ```text
 //!  | square: NW half                                 | SE half ...
@@ -35,8 +36,42 @@ pub(crate) struct ErrorTable {
     pub border: Border,
     /// Metres of one step.
     step_m: f64,
-    /// By level, from 1: the records of all squares that are stored, see [`Grid::index`].
-    layers: Vec<Vec<u8>>,
+    /// By level, from 1.
+    layers: Vec<Layer>,
+}
+
+/// The errors of one level, by the position of a square, see [`Grid::index`].
+struct Layer {
+    /// Of both halves, drawn plain.
+    plain: Vec<[u16; 2]>,
+    /// Of their border children, half by half.
+    blocks: Vec<u8>,
+}
+
+impl Layer {
+    /// For so many squares, with so many bytes of blocks each.
+    fn new(squares: usize, blocks: usize) -> Self {
+        Self { plain: vec![[0; 2]; squares], blocks: vec![0; squares * blocks] }
+    }
+
+    /// Takes the records of squares that are stored side by side, from one on.
+    fn put(&mut self, first: usize, records: &[u8], k: u32) {
+        let (record, blocks) = (record_length(k), 2 * blocks_length(k));
+        for (index, record) in (first..).zip(records.chunks_exact(record)) {
+            for (half, record) in record.chunks_exact(record.len() / 2).enumerate() {
+                let (plain, of_blocks) = record.split_at(PLAIN);
+                self.plain[index][half] = u16::from_le_bytes([plain[0], plain[1]]);
+                self.blocks[index * blocks..][half * of_blocks.len()..][..of_blocks.len()].copy_from_slice(of_blocks);
+            }
+        }
+    }
+
+    /// The records of all squares.
+    fn records(&self, k: u32) -> Vec<u8> {
+        let blocks = self.blocks.chunks_exact(blocks_length(k));
+        let halves = self.plain.as_flattened().iter().zip(blocks);
+        halves.flat_map(|(plain, blocks)| plain.to_le_bytes().into_iter().chain(blocks.iter().copied())).collect()
+    }
 }
 
 impl ErrorTable {
@@ -53,24 +88,28 @@ impl ErrorTable {
         let mut table = Self { border: Border::new(grid), step_m, layers: Vec::new() };
         let survey = Survey::new(heightmap, grid);
         for level in 1..=grid.top() {
-            let record = table.record_length();
-            let mut records = vec![0; grid.squares(level).count() * record];
-            let row_length = grid.layers[level as usize].size[0] as usize * record;
-            records.par_chunks_mut(row_length).enumerate().for_each(|(row, records)| {
-                for (column, record) in records.chunks_mut(record).enumerate() {
+            let [columns, rows] = grid.layers[level as usize].size.map(|squares| squares as usize);
+            let blocks = 2 * blocks_length(grid.k);
+            let mut layer = Layer::new(columns * rows, blocks);
+            let of_rows = layer.plain.par_chunks_mut(columns).zip(layer.blocks.par_chunks_mut(columns * blocks));
+            of_rows.enumerate().for_each(|(row, (plain, of_blocks))| {
+                for (column, (plain, blocks)) in plain.iter_mut().zip(of_blocks.chunks_mut(blocks)).enumerate() {
                     let square = Square { level, column: column as u32, row: row as u32 };
-                    table.measure(&survey, square, record);
+                    *plain = table.measure(&survey, square, blocks);
                 }
             });
-            table.layers.push(records);
+            table.layers.push(layer);
         }
         table
     }
 
     /// Of a DEM whose coarser levels are resident; nothing else is loaded.
     pub fn streamed(header: &CellsHeader, resident: Vec<Vec<u8>>, grid: &Grid) -> Self {
-        let room = |level: u32| vec![0; grid.layers[level as usize].squares_stored() * record_length(grid.k)];
-        let layers = (1..header.streamed).map(room).chain(resident).collect();
+        let room = |level: u32| Layer::new(grid.layers[level as usize].squares_stored(), 2 * blocks_length(grid.k));
+        let mut layers: Vec<Layer> = (1..=grid.top()).map(room).collect();
+        for (layer, records) in layers[header.streamed as usize - 1..].iter_mut().zip(resident) {
+            layer.put(0, &records, grid.k);
+        }
         Self { border: Border::new(grid), step_m: header.step_m(), layers }
     }
 
@@ -79,10 +118,9 @@ impl ErrorTable {
         if level == 0 {
             return;
         }
-        let (layer, length) = (&grid.layers[level as usize], self.record_length());
-        let to = &mut self.layers[level as usize - 1];
+        let (layer, length) = (&grid.layers[level as usize], record_length(grid.k));
         for (range, row) in layer.rows_of(cell).zip(records.chunks(layer.per_cell as usize * length)) {
-            to[range.start * length..range.end * length].copy_from_slice(&row[..range.len() * length]);
+            self.layers[level as usize - 1].put(range.start, &row[..range.len() * length], grid.k);
         }
     }
 
@@ -91,69 +129,60 @@ impl ErrorTable {
         self.step_m
     }
 
-    /// Bytes of all records.
+    /// Bytes of all errors.
     pub fn bytes(&self) -> u64 {
-        self.layers.iter().map(|layer| layer.len() as u64).sum()
+        self.layers.iter().map(|layer| (size_of_val(&layer.plain[..]) + layer.blocks.len()) as u64).sum()
     }
 
     /// The error of a patch above the finest layer, drawn plain, in steps.
     #[inline]
     pub fn plain(&self, grid: &Grid, patch: Patch) -> u16 {
-        plain_of(self.half(grid, patch))
+        self.plain_both(patch.square.level, grid.index(patch.square))[patch.half as usize]
     }
 
     /// The error of a border child with a mask other than 0, in steps; for a parent above the finest layer.
     #[inline]
     pub fn block(&self, grid: &Grid, parent: Patch, child: &BorderChild, mask: u8) -> u16 {
-        steps::from_byte(self.half(grid, parent)[PLAIN + child.mask_index(mask)])
+        steps::from_byte(self.blocks(grid, parent)[child.mask_index(mask)])
     }
 
     /// Those of both halves of a square, by its position.
     #[inline]
     pub fn plain_both(&self, level: u32, index: usize) -> [u16; 2] {
-        let length = self.record_length();
-        let record = &self.layers[level as usize - 1][index * length..][..length];
-        let (north_west, south_east) = record.split_at(length / 2);
-        [plain_of(north_west), plain_of(south_east)]
+        self.layers[level as usize - 1].plain[index]
     }
 
     /// The largest error of a patch's border children that touch sides of a mask, with these sides collapsed.
     #[inline]
     pub fn worst_block(&self, grid: &Grid, parent: Patch, sides: u8) -> u16 {
-        let blocks = &self.half(grid, parent)[PLAIN..];
+        let blocks = self.blocks(grid, parent);
         steps::from_byte(self.border.masks_along(sides).iter().fold(0, |worst, mask| worst.max(blocks[*mask])))
     }
 
-    /// The half of a record that belongs to a patch.
+    /// The errors of a patch's border children, by the position of the mask.
     #[inline]
-    fn half(&self, grid: &Grid, patch: Patch) -> &[u8] {
-        let length = self.record_length() / 2;
+    fn blocks(&self, grid: &Grid, patch: Patch) -> &[u8] {
+        let length = self.border.masks;
         let start = (2 * grid.index(patch.square) + patch.half as usize) * length;
-        &self.layers[patch.square.level as usize - 1][start..start + length]
+        &self.layers[patch.square.level as usize - 1].blocks[start..start + length]
     }
 
     /// The records of a level above the finest.
-    pub fn records(&self, level: u32) -> &[u8] {
-        &self.layers[level as usize - 1]
+    pub fn records(&self, grid: &Grid, level: u32) -> Vec<u8> {
+        self.layers[level as usize - 1].records(grid.k)
     }
 
-    /// Bytes of one square.
-    fn record_length(&self) -> usize {
-        2 * (PLAIN + self.border.masks)
-    }
-
-    /// Fills the record of a square; those of the finer layers are there.
-    fn measure(&self, survey: &Survey, square: Square, record: &mut [u8]) {
+    /// Measures a square's patches and, into `blocks`, their border children; the errors of the finer layers are there.
+    fn measure(&self, survey: &Survey, square: Square, blocks: &mut [u8]) -> [u16; 2] {
         let mut plain = Half::BOTH.map(|half| self.measure_plain(survey, square.half(half)));
         // The halves of a square that crosses the rim are split together.
         if survey.grid.crosses_rim(square) {
             plain = [plain[0].max(plain[1]); 2];
         }
-        let length = record.len() / 2;
-        for (half, record) in Half::BOTH.into_iter().zip(record.chunks_mut(length)) {
-            record[..PLAIN].copy_from_slice(&plain[half as usize].to_le_bytes());
-            self.measure_blocks(survey, square.half(half), &mut record[PLAIN..]);
+        for (half, blocks) in Half::BOTH.into_iter().zip(blocks.chunks_mut(self.border.masks)) {
+            self.measure_blocks(survey, square.half(half), blocks);
         }
+        plain
     }
 
     fn measure_plain(&self, survey: &Survey, patch: Patch) -> u16 {
@@ -187,14 +216,14 @@ impl ErrorTable {
 /// Bytes of a plain error, at the start of the half of a record.
 const PLAIN: usize = size_of::<u16>();
 
-/// Bytes of one square, in the table of any DEM.
-pub(crate) fn record_length(k: u32) -> usize {
-    2 * (PLAIN + 3 * k as usize + 3)
+/// Bytes of the blocks of one patch: the masks of its border children.
+const fn blocks_length(k: u32) -> usize {
+    3 * k as usize + 3
 }
 
-/// The plain error in the half of a record.
-fn plain_of(half: &[u8]) -> u16 {
-    u16::from_le_bytes([half[0], half[1]])
+/// Bytes of one square, in the table of any DEM.
+pub(crate) const fn record_length(k: u32) -> usize {
+    2 * (PLAIN + blocks_length(k))
 }
 
 /// What is measured: triangles of a patch by their local vertices.

@@ -279,13 +279,7 @@ impl Grid {
         self.layers.last().map_or(0, |layer| layer.first_place + 2 * layer.stored[0] * layer.stored[1])
     }
 
-    /// The same for patches that are stored: below [`Self::places`].
-    #[inline]
-    pub fn place(&self, patch: Patch) -> u32 {
-        self.place_at(patch, self.index(patch.square))
-    }
-
-    /// The same where the position of its square is known.
+    /// The same for patches that are stored, by the position of its square: below [`Self::places`].
     #[inline]
     pub fn place_at(&self, patch: Patch, index: usize) -> u32 {
         self.layer(patch.square).first_place + 2 * index as u32 + patch.half as u32
@@ -325,7 +319,13 @@ impl Grid {
     /// The world box of a square, clamped to the DEM.
     #[inline]
     pub fn bounds_world(&self, square: Square) -> Aabb {
-        let [low, high] = self.heights_m(square.level, self.index(square));
+        self.bounds_world_at(square, self.index(square))
+    }
+
+    /// The same where its position is known.
+    #[inline]
+    pub fn bounds_world_at(&self, square: Square, index: usize) -> Aabb {
+        let [low, high] = self.heights_m(square.level, index);
         let [x, z] = [self.interval_m(0, square.level, square.column), self.interval_m(1, square.level, square.row)];
         Aabb { min: [x[0], low, z[0]], max: [x[1], high, z[1]] }
     }

@@ -5,11 +5,11 @@
 //! frustum's planes cross, those that enter or leave, and those where levels have changed. After a jump that is nearly
 //! all there is: then all leaves are collected anew.
 
-use crate::grid::{Grid, Half, Square};
-use crate::leaves::{self, Leaf, Sight, Sink, coarser_sides, leaf_masks, look};
+use crate::grid::{Grid, Half, Patch, Square};
+use crate::leaves::{self, Leaf, Sink, coarser_sides, leaf_masks};
 use crate::levels::Levels;
+use crate::sight::{Culling, Sight};
 use crate::slots::Slots;
-use terrain_core::View;
 
 /// Bytes of [`InSight`] for one square.
 pub(crate) const BYTES_A_SQUARE: u64 = size_of::<State>() as u64;
@@ -43,7 +43,7 @@ impl InSight {
     }
 
     /// Follows to a new view: has `slots` draw the leaves that are in sight, and no others.
-    pub fn follow(&mut self, grid: &Grid, levels: &Levels, culling: Option<&View>, slots: &mut Slots) {
+    pub fn follow(&mut self, grid: &Grid, levels: &Levels, culling: Culling, slots: &mut Slots) {
         if levels.changed().len().saturating_mul(self.change_cost) > slots.drawn() {
             return self.collect(grid, levels, culling, slots);
         }
@@ -51,12 +51,12 @@ impl InSight {
         let mut visit = Visit { grid, levels, layers: &mut self.layers, slots };
         for cell in grid.squares(grid.top()) {
             // Nothing is coarser than the top layer.
-            visit.square(cell, [Some(0); 2], culling);
+            visit.square(cell, grid.index(cell), [Some(0); 2], culling);
         }
     }
 
     /// The same from nothing.
-    fn collect(&mut self, grid: &Grid, levels: &Levels, culling: Option<&View>, slots: &mut Slots) {
+    fn collect(&mut self, grid: &Grid, levels: &Levels, culling: Culling, slots: &mut Slots) {
         slots.clear();
         self.layers.iter_mut().for_each(|layer| layer.fill(NOTHING));
         let mut anew = Anew { grid, layers: &mut self.layers, slots };
@@ -118,61 +118,57 @@ struct Visit<'a> {
 }
 
 impl Visit<'_> {
-    /// `masks` holds the masks of the halves whose parent is split. `culling` is none where all is in sight.
-    fn square(&mut self, square: Square, masks: [Option<u8>; 2], culling: Option<&View>) {
-        let sight = look(self.grid, square, culling);
-        if sight == Sight::None {
-            return self.clear(square);
-        }
-        let split = self.levels.split().halves(self.grid, square);
+    /// `masks` holds the masks of the halves whose parent is split; `culling` is that of what is around the square.
+    fn square(&mut self, square: Square, index: usize, masks: [Option<u8>; 2], culling: Culling) {
+        let Some(culling) = culling.inside(self.grid, square, index) else { return self.clear(square, index) };
+        let split = self.levels.split().halves_at(square.level, index);
         for half in Half::BOTH {
             let mask = masks[half as usize].filter(|_| split & half.bit() == 0);
-            self.set(square, half, mask);
+            self.set(square.half(half), index, mask);
         }
-        if square.level > 0 && self.must_descend(square, sight, split) {
-            self.children(square, split, culling.filter(|_| sight == Sight::Part));
+        if square.level > 0 && self.must_descend((square.level, index), culling.sight(), split) {
+            self.children(square, split, culling);
         }
     }
 
     /// Takes note of the sight, and returns whether something may have changed below a square.
-    fn must_descend(&mut self, square: Square, sight: Sight, split: u8) -> bool {
-        let state = &mut self.layers[square.level as usize][self.grid.index(square)];
+    fn must_descend(&mut self, (level, index): (u32, usize), sight: Sight, split: u8) -> bool {
+        let state = &mut self.layers[level as usize][index];
         let before = std::mem::replace(state, State { sight, changed: false });
         let same_sight = before.sight == Sight::Whole && sight == Sight::Whole;
         before.changed || (split != 0 && !same_sight)
     }
 
-    fn children(&mut self, square: Square, split: u8, culling: Option<&View>) {
+    fn children(&mut self, square: Square, split: u8, culling: Culling) {
         let coarser = coarser_sides(self.grid, self.levels, square, split);
         for row in self.grid.brood(square) {
-            for (child, _, kin) in row.children() {
+            for (child, index, kin) in row.children() {
                 match leaf_masks(coarser, kin) {
-                    [None, None] => self.clear(child),
-                    masks => self.square(child, masks, culling),
+                    [None, None] => self.clear(child, index),
+                    masks => self.square(child, index, masks, culling),
                 }
             }
         }
     }
 
     /// Draws nothing of a square. Nothing is drawn below what is not split, and so of what is not stored.
-    fn clear(&mut self, square: Square) {
+    fn clear(&mut self, square: Square, index: usize) {
         if !self.grid.is_stored(square) {
             return;
         }
         if square.level > 0 {
-            let state = &mut self.layers[square.level as usize][self.grid.index(square)];
+            let state = &mut self.layers[square.level as usize][index];
             if std::mem::replace(&mut state.sight, Sight::None) == Sight::None {
                 return;
             }
             for row in self.grid.brood(square) {
-                row.children().for_each(|(child, ..)| self.clear(child));
+                row.children().for_each(|(child, index, _)| self.clear(child, index));
             }
         }
-        Half::BOTH.into_iter().for_each(|half| self.set(square, half, None));
+        Half::BOTH.into_iter().for_each(|half| self.set(square.half(half), index, None));
     }
 
-    fn set(&mut self, square: Square, half: Half, mask: Option<u8>) {
-        let patch = square.half(half);
-        self.slots.set(self.grid.place(patch), mask, || self.grid.instance(patch));
+    fn set(&mut self, patch: Patch, index: usize, mask: Option<u8>) {
+        self.slots.set(self.grid.place_at(patch, index), mask, || self.grid.instance(patch));
     }
 }

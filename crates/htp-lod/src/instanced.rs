@@ -14,8 +14,9 @@ use crate::blocks::Blocks;
 use crate::grid::Grid;
 use crate::in_sight::InSight;
 use crate::levels::Levels;
+use crate::sight::Culling;
 use crate::slots::Slots;
-use terrain_core::{FramePlan, View};
+use terrain_core::FramePlan;
 
 pub(crate) struct Instanced {
     in_sight: InSight,
@@ -34,7 +35,7 @@ impl Instanced {
     }
 
     /// Phase 4, continued: the patch and the matching block of each place in sight.
-    pub fn select(&mut self, grid: &Grid, levels: &Levels, culling: Option<&View>) {
+    pub fn select(&mut self, grid: &Grid, levels: &Levels, culling: Culling) {
         self.in_sight.follow(grid, levels, culling, &mut self.slots);
     }
 

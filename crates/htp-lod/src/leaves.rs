@@ -8,7 +8,7 @@
 use crate::blocks::ALL_COLLAPSED;
 use crate::grid::{Grid, Half, Kin, Patch, Square};
 use crate::levels::Levels;
-use terrain_core::View;
+use crate::sight::{Culling, Sight};
 
 /// A patch to draw and the matching block to draw it with.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -18,20 +18,12 @@ pub(crate) struct Leaf {
     pub mask: u8,
 }
 
-/// How much of a square may be in sight.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Sight {
-    None,
-    Part,
-    Whole,
-}
-
 /// What becomes of the leaves, and what is to be known of the way to them.
 pub(crate) trait Sink {
     /// A leaf, and the position of its square.
     fn leaf(&mut self, leaf: Leaf, index: usize);
 
-    /// A square above the finest layer that is in sight.
+    /// A square above the finest layer that is in sight, and so much of it.
     fn seen(&mut self, _square: Square, _index: usize, _sight: Sight) {}
 }
 
@@ -39,18 +31,6 @@ impl Sink for Vec<Leaf> {
     fn leaf(&mut self, leaf: Leaf, _index: usize) {
         self.push(leaf);
     }
-}
-
-/// How much of a square may be in sight; all without culling.
-#[inline]
-pub(crate) fn look(grid: &Grid, square: Square, culling: Option<&View>) -> Sight {
-    let Some(view) = culling else { return Sight::Whole };
-    let bounds = grid.bounds_world(square);
-    if !view.sees(&bounds) {
-        return Sight::None;
-    }
-    // Nothing is below the finest layer that could be spared a test.
-    if square.level > 0 && view.sees_whole(&bounds) { Sight::Whole } else { Sight::Part }
 }
 
 /// The coarser sides of the halves of a square that are split.
@@ -71,8 +51,8 @@ pub(crate) fn leaf_masks(coarser_sides: [Option<u8>; 2], kin: &Kin) -> [Option<u
     [mask(Half::NorthWest), mask(Half::SouthEast)]
 }
 
-/// Passes on the leaves of one cell; with a view, only those whose square may be in sight.
-pub(crate) fn collect(grid: &Grid, levels: &Levels, cell: Square, culling: Option<&View>, sink: &mut impl Sink) {
+/// Passes on the leaves of one cell whose square may be in sight.
+pub(crate) fn collect(grid: &Grid, levels: &Levels, cell: Square, culling: Culling, sink: &mut impl Sink) {
     // Nothing is coarser than the top layer.
     Visit { grid, levels, sink }.square(cell, grid.index(cell), [Some(0); 2], culling);
 }
@@ -84,18 +64,15 @@ struct Visit<'a, S> {
 }
 
 impl<S: Sink> Visit<'_, S> {
-    /// `masks` holds the masks of the halves whose parent is split. `culling` is none where all is in sight.
-    fn square(&mut self, square: Square, index: usize, masks: [Option<u8>; 2], culling: Option<&View>) {
-        let sight = look(self.grid, square, culling);
-        if sight == Sight::None {
-            return;
-        }
-        let split = self.levels.split().halves(self.grid, square);
+    /// `masks` holds the masks of the halves whose parent is split; `culling` is that of what is around the square.
+    fn square(&mut self, square: Square, index: usize, masks: [Option<u8>; 2], culling: Culling) {
+        let Some(culling) = culling.inside(self.grid, square, index) else { return };
+        let split = self.levels.split().halves_at(square.level, index);
         self.leaves(square, index, masks, split);
         if square.level > 0 {
-            self.sink.seen(square, index, sight);
+            self.sink.seen(square, index, culling.sight());
             if split != 0 {
-                self.children(square, split, culling.filter(|_| sight == Sight::Part));
+                self.children(square, split, culling);
             }
         }
     }
@@ -113,10 +90,10 @@ impl<S: Sink> Visit<'_, S> {
         }
     }
 
-    fn children(&mut self, parent: Square, split: u8, culling: Option<&View>) {
+    fn children(&mut self, parent: Square, split: u8, culling: Culling) {
         let coarser = coarser_sides(self.grid, self.levels, parent, split);
         // Most leaves are of the finest layer, and most of their parents wholly in sight.
-        let are_leaves_in_sight = parent.level == 1 && culling.is_none();
+        let are_leaves_in_sight = parent.level == 1 && culling.is_whole();
         for row in self.grid.brood(parent) {
             for (square, index, kin) in row.children() {
                 let masks = leaf_masks(coarser, kin);

@@ -59,6 +59,7 @@ mod per_patch;
 mod repair;
 mod rooms;
 mod rule;
+mod sight;
 mod slots;
 mod split;
 mod stream;

@@ -8,11 +8,12 @@
 use crate::blocks::Blocks;
 use crate::cell_vertices::CellVertices;
 use crate::grid::{Grid, Square, TAG_NUMBERS};
-use crate::leaves::{self, Leaf, Sight};
+use crate::leaves::{self, Leaf};
 use crate::levels::Levels;
 use crate::rooms::Rooms;
+use crate::sight::Culling;
 use std::ops::Range;
-use terrain_core::{Buffer, Draw, FramePlan, Growth, PatchTag, View};
+use terrain_core::{Buffer, Draw, FramePlan, Growth, PatchTag};
 
 pub(crate) struct MergedCell {
     /// Row by row.
@@ -54,12 +55,12 @@ impl MergedCell {
     }
 
     /// Phase 4, continued: the cells in sight, and the lists that are out of date.
-    pub fn select(&mut self, grid: &Grid, levels: &Levels, culling: Option<&View>) {
+    pub fn select(&mut self, grid: &Grid, levels: &Levels, culling: Culling) {
         for square in levels.changed() {
             self.cells[grid.index(grid.cell_of(*square))].is_current = false;
         }
         self.visible.clear();
-        let in_sight = |cell: &Square| leaves::look(grid, *cell, culling) != Sight::None;
+        let in_sight = |cell: &Square| culling.inside(grid, *cell, grid.index(*cell)).is_some();
         self.visible.extend(grid.squares(grid.top()).filter(in_sight));
     }
 
@@ -88,7 +89,7 @@ impl MergedCell {
     /// Collects the index list of a cell.
     fn merge_cell(&mut self, grid: &Grid, levels: &Levels, blocks: &Blocks, vertices: &CellVertices, cell: Square) {
         self.leaves.clear();
-        leaves::collect(grid, levels, cell, None, &mut self.leaves);
+        leaves::collect(grid, levels, cell, Culling::OFF, &mut self.leaves);
         self.indices.clear();
         for Leaf { patch, mask } in &self.leaves {
             let Range { start, end } = blocks.ranges[*mask as usize];

@@ -14,6 +14,7 @@ use crate::merged_cell::MergedCell;
 use crate::options::{Batching, HtpError, LevelMetric, Loading, Options};
 use crate::per_patch::PerPatch;
 use crate::rule::Rule;
+use crate::sight::Culling;
 use crate::stream::{self, Stream};
 use std::sync::Arc;
 use std::time::Instant;
@@ -164,7 +165,8 @@ impl Htp {
 
     /// Phase 4, continued: the patch and the matching block of each place in sight.
     fn select_patches(&mut self, view: &View) {
-        let (grid, levels, culling) = (&self.grid, &self.levels, self.culling.then_some(view));
+        let (grid, levels, culling) =
+            (&self.grid, &self.levels, if self.culling { Culling::new(view) } else { Culling::OFF });
         match &mut self.rendering {
             Rendering::PerPatch(_, per_patch) => per_patch.select(grid, levels, culling),
             Rendering::MergedCell(_, merged) => merged.select(grid, levels, culling),

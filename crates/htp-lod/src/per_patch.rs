@@ -6,7 +6,8 @@ use crate::cell_vertices::CellVertices;
 use crate::grid::Grid;
 use crate::leaves::{self, Leaf};
 use crate::levels::Levels;
-use terrain_core::{Draw, FramePlan, View};
+use crate::sight::Culling;
+use terrain_core::{Draw, FramePlan};
 
 #[derive(Default)]
 pub(crate) struct PerPatch {
@@ -15,7 +16,7 @@ pub(crate) struct PerPatch {
 
 impl PerPatch {
     /// Phase 4, continued: the patch and the matching block of each place in sight.
-    pub fn select(&mut self, grid: &Grid, levels: &Levels, culling: Option<&View>) {
+    pub fn select(&mut self, grid: &Grid, levels: &Levels, culling: Culling) {
         self.leaves.clear();
         grid.squares(grid.top()).for_each(|cell| leaves::collect(grid, levels, cell, culling, &mut self.leaves));
     }

@@ -18,7 +18,7 @@ use terrain_core::{Buffer, Draw, FramePlan, Growth, PatchInstance};
 
 /// The instances of all drawn patches, and their places in the instance buffer.
 pub(crate) struct Slots {
-    /// By the patch's place ([`Grid::place`](crate::grid::Grid::place)): mask and slot, see [`place`], or [`NOWHERE`].
+    /// By the patch's place ([`Grid::place_at`](crate::grid::Grid::place_at)): mask and slot, see [`place`], or [`NOWHERE`].
     places: Vec<u32>,
     /// By mask.
     arrays: [Array; MASKS],

@@ -11,7 +11,13 @@ impl Split {
     /// The halves of a square that are split.
     #[inline]
     pub fn halves(&self, grid: &Grid, square: Square) -> u8 {
-        if square.level == 0 { 0 } else { self.0[square.level as usize][grid.index(square)] }
+        self.halves_at(square.level, grid.index(square))
+    }
+
+    /// The same by the square's position.
+    #[inline]
+    pub fn halves_at(&self, level: u32, index: usize) -> u8 {
+        if level == 0 { 0 } else { self.0[level as usize][index] }
     }
 
     #[inline]

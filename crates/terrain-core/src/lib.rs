@@ -40,5 +40,5 @@ pub use plan::{
 pub use random::SplitMix64;
 pub use stats::{FrameStats, triangles_by_level};
 pub use vertex::{BakedVertex, LocalVertex, PatchInstance, Sample};
-pub use view::{Aabb, Camera, Lens, Unprojection, View, ViewError};
+pub use view::{Aabb, Camera, Lens, Planes, Unprojection, View, ViewError};
 pub use voids::{VoidMask, VoidQuads};

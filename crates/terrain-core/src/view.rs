@@ -1,6 +1,11 @@
 //! The camera at one frame, and the one place where metres become pixels.
 
-use glam::{BVec3, DMat4, DQuat, DVec3, DVec4};
+mod frustum;
+
+use frustum::frustum;
+use glam::{DMat4, DQuat, DVec3, DVec4};
+
+pub use frustum::Planes;
 
 /// A box along the world's axes, in metres.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -153,49 +158,6 @@ impl View {
         let nearest = self.eye_world.clamp(DVec3::from(bounds.min), DVec3::from(bounds.max));
         nearest.distance(self.eye_world)
     }
-
-    /// Whether a world point is inside the frustum (its planes included).
-    pub fn sees_point(&self, point_world: DVec3) -> bool {
-        self.frustum_world.iter().all(|plane| is_inside(plane, point_world))
-    }
-
-    /// Whether some of a segment is deeper inside the frustum than `slack_m`, the metres that rounding may cost.
-    pub fn sees_segment(&self, a_world: DVec3, b_world: DVec3, slack_m: f64) -> bool {
-        // The part of the segment that is inside, from 0 at a to 1 at b.
-        let (mut start, mut end) = (0.0_f64, 1.0_f64);
-        for plane in &self.frustum_world {
-            let [a, b] = [a_world, b_world].map(|point| plane.truncate().dot(point) + plane.w - slack_m);
-            match (a < 0.0, b < 0.0) {
-                (true, true) => return false,
-                (true, false) => start = start.max(a / (a - b)),
-                (false, true) => end = end.min(a / (a - b)),
-                (false, false) => {}
-            }
-        }
-        start < end
-    }
-
-    /// Whether a box may be in sight: `false` only where it lies wholly behind one plane of the frustum.
-    pub fn sees(&self, bounds: &Aabb) -> bool {
-        let (min, max) = (DVec3::from(bounds.min), DVec3::from(bounds.max));
-        self.frustum_world.iter().all(|plane| is_inside(plane, DVec3::select(inwards(plane), max, min)))
-    }
-
-    /// Whether all points of a box are inside the frustum, and so whatever the box holds: for each plane, the corner
-    /// that comes nearest to it, or reaches farthest beyond it, must be inside.
-    pub fn sees_whole(&self, bounds: &Aabb) -> bool {
-        let (min, max) = (DVec3::from(bounds.min), DVec3::from(bounds.max));
-        self.frustum_world.iter().all(|plane| is_inside(plane, DVec3::select(inwards(plane), min, max)))
-    }
-}
-
-fn is_inside(plane: &DVec4, point_world: DVec3) -> bool {
-    plane.truncate().dot(point_world) + plane.w >= 0.0
-}
-
-/// The axes along which larger coordinates lead into the frustum.
-fn inwards(plane: &DVec4) -> BVec3 {
-    plane.truncate().cmpge(DVec3::ZERO)
 }
 
 fn check(camera: &Camera, lens: &Lens) -> Result<(), ViewError> {
@@ -231,23 +193,12 @@ fn clip_from_view(lens: &Lens) -> DMat4 {
     )
 }
 
-/// The planes -w <= x <= w, -w <= y <= w, z <= w, taken relative to the eye first: no cancellation far from the origin.
-fn frustum(clip_from_eye: &DMat4, eye_world: DVec3) -> [DVec4; 5] {
-    let rows = clip_from_eye.transpose();
-    let (x, y, z, w) = (rows.x_axis, rows.y_axis, rows.z_axis, rows.w_axis);
-    [w + x, w - x, w + y, w - y, w - z].map(|plane| {
-        let normal = plane.truncate();
-        let length = normal.length();
-        (normal / length).extend(plane.w / length - (normal / length).dot(eye_world))
-    })
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use std::f64::consts::FRAC_PI_2;
 
-    fn view(heading_deg: f64, pitch_deg: f64) -> View {
+    pub(super) fn view(heading_deg: f64, pitch_deg: f64) -> View {
         let camera = Camera {
             eye_world: DVec3::new(100.0, 50.0, 200.0),
             heading: heading_deg.to_radians(),
@@ -299,62 +250,6 @@ mod tests {
         let depth = |metres: f64| ndc(&v, (forward * metres).into()).z;
         assert!((depth(1.0) - 1.0).abs() < 1e-12);
         assert!(depth(1e7) > 0.0 && depth(1e7) < 1e-6);
-    }
-
-    #[test]
-    fn frustum_agrees_with_clip_space() {
-        let v = view(17.0, -23.0);
-        let mut random = crate::SplitMix64::new(1);
-        let mut inside = 0;
-        for _ in 0..10_000 {
-            let p = v.eye_world + DVec3::from([(); 3].map(|_| random.range(-100.0, 100.0)));
-            let c = v.clip_from_world * p.extend(1.0);
-            let expected = c.x.abs() <= c.w && c.y.abs() <= c.w && c.z <= c.w && c.w > 0.0;
-            assert_eq!(v.sees_point(p), expected, "{p}");
-            inside += expected as u32;
-        }
-        assert!(inside > 1000);
-    }
-
-    #[test]
-    fn boxes_are_in_sight_as_their_points_are() {
-        let v = view(17.0, -23.0);
-        let mut random = crate::SplitMix64::new(2);
-        let mut boxes = [0; 3];
-        for _ in 0..3_000 {
-            let side_m = random.range(0.1, 100.0);
-            let min = v.eye_world + DVec3::from([(); 3].map(|_| random.range(-150.0, 50.0)));
-            let max = min + DVec3::from([(); 3].map(|_| random.range(0.0, side_m)));
-            let bounds = Aabb { min: min.into(), max: max.into() };
-            let (sees, whole) = (v.sees(&bounds), v.sees_whole(&bounds));
-            let ends = [min, max];
-            let corner = |i: usize| DVec3::new(ends[i & 1].x, ends[i >> 1 & 1].y, ends[i >> 2].z);
-            assert_eq!(whole, (0..8).all(|i| v.sees_point(corner(i))), "{bounds:?}");
-            for _ in 0..20 {
-                let point = DVec3::from([0, 1, 2].map(|axis| random.range(min[axis], max[axis])));
-                let seen = v.sees_point(point);
-                assert!((sees || !seen) && (seen || !whole), "{point} of {bounds:?}");
-            }
-            boxes[sees as usize + whole as usize] += 1;
-        }
-        assert!(boxes.iter().all(|count| *count > 100), "out of sight, in part, whole: {boxes:?}");
-    }
-
-    #[test]
-    fn a_segment_is_seen_where_one_of_its_points_is() {
-        let v = view(17.0, -23.0);
-        let mut random = crate::SplitMix64::new(2);
-        let mut point = || v.eye_world + DVec3::from([(); 3].map(|_| random.range(-100.0, 100.0)));
-        let mut crossing = 0;
-        for _ in 0..2_000 {
-            let (a, b) = (point(), point());
-            let expected = (0..=1_000).any(|i| v.sees_point(a.lerp(b, i as f64 / 1e3)));
-            // Points in steps may miss a corner of the frustum that the segment cuts.
-            assert!(v.sees_segment(a, b, 0.0) || !expected, "{a} {b}");
-            assert!(!v.sees_segment(a, b, 0.3) || expected, "{a} {b}");
-            crossing += (expected && !v.sees_point(a) && !v.sees_point(b)) as u32;
-        }
-        assert!(crossing > 50);
     }
 
     #[test]

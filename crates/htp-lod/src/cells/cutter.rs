@@ -161,7 +161,7 @@ impl Cutter {
 
     fn errors(&self, grid: &Grid, errors: &ErrorTable, level: u32) -> Vec<u8> {
         let (size, side) = (grid.layers[level as usize].size, local::squares(&self.header, level));
-        local::padded(errors.records(level), size, side, crate::errors::record_length(self.header.k))
+        local::padded(&errors.records(grid, level), size, side, crate::errors::record_length(self.header.k))
     }
 }
 

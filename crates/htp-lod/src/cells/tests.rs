@@ -98,7 +98,7 @@ fn errors_of(grid: &Grid, table: &ErrorTable, square: Square, record: usize) -> 
     if square.level == 0 {
         return Vec::new();
     }
-    table.records(square.level)[grid.index(square) * record..][..record].to_vec()
+    table.records(grid, square.level)[grid.index(square) * record..][..record].to_vec()
 }
 
 #[test]
@@ -110,7 +110,7 @@ fn what_stays_resident_is_that_of_the_whole_dem() {
         let header = file.header();
         for (i, level) in (header.streamed..layers).enumerate() {
             assert_eq!(resident.ranges_m[i], grid.layers[level as usize].ranges_m(), "{what}, level {level}");
-            assert_eq!(resident.errors[i], table.records(level), "{what}, level {level}");
+            assert_eq!(resident.errors[i], table.records(&grid, level), "{what}, level {level}");
         }
         let [columns, rows] = header.coarse_size();
         let step = header.coarse_step();

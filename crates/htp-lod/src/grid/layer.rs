@@ -20,7 +20,7 @@ pub(crate) struct Layer {
     pub per_cell: u32,
     /// Number of the level's first patch, see [`Grid::patch_number`](super::Grid::patch_number).
     pub(super) first_patch: u32,
-    /// See [`Grid::place`](super::Grid::place).
+    /// See [`Grid::place_at`](super::Grid::place_at).
     pub(super) first_place: u32,
     /// Lowest and highest sample of each square that is stored, in metres, row by row.
     pub(super) heights_m: Vec<[f32; 2]>,

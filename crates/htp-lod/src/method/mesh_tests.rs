@@ -4,6 +4,7 @@ use super::*;
 use crate::blocks::{ALL_COLLAPSED, Side};
 use crate::grid::{Patch, Square};
 use crate::leaves::{self, Leaf};
+use crate::sight::Culling;
 use std::collections::BTreeSet;
 use terrain_core::walk::RandomWalk;
 use terrain_core::watertight::{WatertightOracle, Watertightness};
@@ -34,7 +35,7 @@ fn lot(seed: u64, square: Square) -> u8 {
 /// All leaves, in sight or not.
 fn all_leaves(method: &Htp) -> Vec<Leaf> {
     let (grid, mut leaves) = (&method.grid, Vec::new());
-    grid.squares(grid.top()).for_each(|cell| leaves::collect(grid, &method.levels, cell, None, &mut leaves));
+    grid.squares(grid.top()).for_each(|cell| leaves::collect(grid, &method.levels, cell, Culling::OFF, &mut leaves));
     leaves
 }
 
@@ -44,7 +45,7 @@ fn judge_mix(method: &mut Htp, mirror: &mut MeshMirror, wish: impl Fn(Square) ->
     method.initialise(&mut plan);
     method.levels.choose(&method.grid, wish);
     let Rendering::Instanced(instanced) = &mut method.rendering else { unreachable!("mixes are drawn by instances") };
-    instanced.select(&method.grid, &method.levels, None);
+    instanced.select(&method.grid, &method.levels, Culling::OFF);
     method.render(&mut plan);
     mirror.replay(&plan).unwrap();
     WatertightOracle::new(size[0], size[1]).check(mirror.triangles(), mirror.degenerate())
