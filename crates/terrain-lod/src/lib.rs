@@ -23,6 +23,7 @@ mod error_pass;
 mod fault;
 mod figures;
 mod fine;
+mod flip;
 mod flight_curves;
 mod frame_times;
 mod heat;

@@ -6,6 +6,7 @@ use terrain_core::FlightPath;
 use terrain_core::picture::{Raster, compare_depths, mssim, rmse};
 use terrain_renderer::{Colour, Look, Normals};
 
+use crate::flip;
 use crate::methods::Run;
 use crate::output::tidy;
 
@@ -22,9 +23,14 @@ pub struct PictureRow {
     /// Flat shading of plain triangles: the geometry alone.
     pub flat_rmse: f64,
     pub flat_mssim: Option<f64>,
+    /// Empty in a build without the feature `flip`.
+    #[serde(default)]
+    pub flat_flip: Option<f64>,
     /// As the terrain is seen, with a normal of the DEM at each pixel.
     pub shaded_rmse: f64,
     pub shaded_mssim: Option<f64>,
+    #[serde(default)]
+    pub shaded_flip: Option<f64>,
     /// Empty where the adapter's depths cannot be read.
     pub depth_rmse_m: Option<f64>,
     pub outline_share: Option<f64>,
@@ -33,8 +39,8 @@ pub struct PictureRow {
 
 /// What is measured of one view.
 pub struct Measured {
-    pub flat: Raster,
-    pub shaded: Raster,
+    pub flat: RgbImage,
+    pub shaded: RgbImage,
     /// Reversed, of the fine picture.
     pub depths: Option<Vec<f32>>,
 }
@@ -45,7 +51,7 @@ pub fn flat() -> Look {
 }
 
 /// The luma of a picture, 0 to 255: Rec. 709, of the stored values.
-pub fn luma(picture: &RgbImage) -> Raster {
+fn luma(picture: &RgbImage) -> Raster {
     let size_px = [picture.width(), picture.height()];
     let luma = |pixel: [u8; 3]| {
         let [red, green, blue] = pixel.map(f32::from);
@@ -56,7 +62,12 @@ pub fn luma(picture: &RgbImage) -> Raster {
 
 impl PictureRow {
     pub fn new(run: &Run, frame: u32, picture: &Measured, reference: &Measured) -> Self {
-        let alike = |a: &Raster, b: &Raster| mssim(a, b, 255.0).map(tidy);
+        let of_luma = |a: &RgbImage, b: &RgbImage| {
+            let (a, b) = (luma(a), luma(b));
+            (tidy(rmse(&a, &b)), mssim(&a, &b, 255.0).map(tidy))
+        };
+        let (flat_rmse, flat_mssim) = of_luma(&picture.flat, &reference.flat);
+        let (shaded_rmse, shaded_mssim) = of_luma(&picture.shaded, &reference.shaded);
         let depths = picture.depths.as_deref().zip(reference.depths.as_deref());
         let depths = depths.map(|(a, b)| compare_depths(a, b, FlightPath::NEAR_M));
         Self {
@@ -65,10 +76,12 @@ impl PictureRow {
             tolerance_px: run.takes_tolerance().then_some(run.settings.tolerance_px),
             run: run.file_stem(),
             frame,
-            flat_rmse: tidy(rmse(&picture.flat, &reference.flat)),
-            flat_mssim: alike(&picture.flat, &reference.flat),
-            shaded_rmse: tidy(rmse(&picture.shaded, &reference.shaded)),
-            shaded_mssim: alike(&picture.shaded, &reference.shaded),
+            flat_rmse,
+            flat_mssim,
+            flat_flip: flip::mean(&reference.flat, &picture.flat).map(tidy),
+            shaded_rmse,
+            shaded_mssim,
+            shaded_flip: flip::mean(&reference.shaded, &picture.shaded).map(tidy),
             depth_rmse_m: depths.map(|depths| tidy(depths.rmse_m)),
             outline_share: depths.map(|depths| tidy(depths.outline_share)),
             ridge_share: depths.map(|depths| tidy(depths.ridge_share)),

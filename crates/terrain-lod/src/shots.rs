@@ -15,7 +15,7 @@ use crate::fine::FineRenderer;
 use crate::heat::HeatMap;
 use crate::interrupt;
 use crate::methods::Run;
-use crate::pictures::{Measured, PictureRow, flat, luma};
+use crate::pictures::{Measured, PictureRow, flat};
 use crate::progress::Progress;
 use crate::suite::Bench;
 
@@ -140,8 +140,8 @@ impl<'a> Studio<'a> {
 
     fn measured(&mut self, frame: u32, plan: &FramePlan, buffers: &mut MethodBuffers) -> Result<Measured, Fault> {
         let view = self.bench.path.view(frame, self.fine.size_px())?;
-        let shaded = luma(&self.fine.draw(&view, plan, buffers, &Look::default())?);
-        let flat = luma(&self.fine.draw(&view, plan, buffers, &flat())?);
+        let shaded = self.fine.draw(&view, plan, buffers, &Look::default())?;
+        let flat = self.fine.draw(&view, plan, buffers, &flat())?;
         Ok(Measured { flat, shaded, depths: self.fine.read_depths()? })
     }
 }

@@ -157,10 +157,15 @@ pub struct SummaryRow {
     pub picture_flat_rmse: Option<f64>,
     #[serde(default)]
     pub picture_flat_mssim: Option<f64>,
+    /// FLIP is empty in a build without the feature `flip`.
+    #[serde(default)]
+    pub picture_flat_flip: Option<f64>,
     #[serde(default)]
     pub picture_shaded_rmse: Option<f64>,
     #[serde(default)]
     pub picture_shaded_mssim: Option<f64>,
+    #[serde(default)]
+    pub picture_shaded_flip: Option<f64>,
     #[serde(default)]
     pub picture_depth_rmse_m: Option<f64>,
     #[serde(default)]
@@ -341,8 +346,10 @@ pub fn fill_pictures(row: &mut SummaryRow, pictures: &[PictureRow]) {
     let all = |number: fn(&PictureRow) -> Option<f64>| mean_of(&pictures.iter().filter_map(number).collect::<Vec<_>>());
     row.picture_flat_rmse = all(|picture| Some(picture.flat_rmse));
     row.picture_flat_mssim = all(|picture| picture.flat_mssim);
+    row.picture_flat_flip = all(|picture| picture.flat_flip);
     row.picture_shaded_rmse = all(|picture| Some(picture.shaded_rmse));
     row.picture_shaded_mssim = all(|picture| picture.shaded_mssim);
+    row.picture_shaded_flip = all(|picture| picture.shaded_flip);
     row.picture_depth_rmse_m = all(|picture| picture.depth_rmse_m);
     row.picture_outline_share = all(|picture| picture.outline_share);
     row.picture_ridge_share = all(|picture| picture.ridge_share);

@@ -73,9 +73,11 @@ const GROUPS: [Group; 5] = [
         &[
             ("picture_flat_rmse", "geometry alone: RMSE"),
             ("picture_flat_mssim", "MSSIM"),
+            ("picture_flat_flip", "FLIP"),
             ("picture_depth_rmse_m", "depth RMSE, m"),
             ("picture_shaded_rmse", "shaded: RMSE"),
             ("picture_shaded_mssim", "MSSIM"),
+            ("picture_shaded_flip", "FLIP"),
         ],
     ),
 ];
