@@ -3,7 +3,7 @@
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
-use crate::program::{self, Profile};
+use crate::program;
 use crate::{Fault, set_up_gpu};
 
 /// Methods that the quick suite has a row for.
@@ -17,7 +17,7 @@ type Check = Result<(), String>;
 
 /// Flies and checks; prints a line for each check that fails, and the sum.
 pub fn run(with_gpu: bool) -> Result<(), Fault> {
-    let program = program::build(Profile::Release)?;
+    let program = program::build()?;
     let folder = fresh_folder()?;
     let mut checks = vec![fly(&program, &folder, with_gpu)?];
     checks.extend(check_folder(&folder, with_gpu));

@@ -1,6 +1,6 @@
 //! `cargo xtask test`: everything that must pass.
 
-use crate::program::{self, Profile};
+use crate::program;
 use crate::{Fault, setup};
 
 /// One cargo command that must succeed.
@@ -60,7 +60,7 @@ fn require_components() -> Result<(), Fault> {
 /// An adapter for the renderer's tests, a display for the viewer's.
 fn set_up_gpu() -> Result<(), Fault> {
     setup::ensure_display();
-    if !setup::ensure_adapter(&program::build(Profile::Dev)?) {
+    if !setup::ensure_adapter(&program::build_tests()?) {
         eprintln!("xtask: no GPU adapter: the tests go on without");
     }
     Ok(())

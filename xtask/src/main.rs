@@ -13,8 +13,6 @@ use std::ffi::{OsStr, OsString};
 use std::path::Path;
 use std::process::ExitCode;
 
-use program::Profile;
-
 /// A command of `terrain-lod` that `cargo xtask` builds and runs in release.
 struct Forwarded {
     name: &'static str,
@@ -104,7 +102,7 @@ fn run(command: &str, args: Vec<OsString>) -> Result<(), Fault> {
 
 /// Builds the program and becomes it; comes back only where that failed.
 fn forward(command: &Forwarded, mut args: Vec<OsString>) -> Fault {
-    let program = match program::build(Profile::Release) {
+    let program = match program::build() {
         Ok(program) => program,
         Err(fault) => return fault,
     };
@@ -118,7 +116,7 @@ fn forward(command: &Forwarded, mut args: Vec<OsString>) -> Fault {
 /// Builds the viewer and becomes it. The other program knows the adapters.
 fn view(args: &[OsString]) -> Fault {
     if !has_any(args, &["--help", "-h"]) && !names_an_adapter(args) {
-        match program::build(Profile::Release) {
+        match program::build() {
             Ok(program) => drop(setup::ensure_adapter(&program)),
             Err(fault) => return fault,
         }

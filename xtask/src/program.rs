@@ -4,36 +4,24 @@ use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitStatus, Stdio};
 
+use serde_json::Value;
+
 use crate::Fault;
 
-/// Which build of the program.
-#[derive(Clone, Copy)]
-pub enum Profile {
-    /// The one that `cargo test` makes too.
-    Dev,
-    /// The one that is measured.
-    Release,
+/// Builds `terrain-lod` in release and returns where it is.
+pub fn build() -> Result<PathBuf, Fault> {
+    build_with("terrain-lod", &["build", "--release", "--package", "terrain-lod"])
 }
 
-impl Profile {
-    fn args(self) -> &'static [&'static str] {
-        match self {
-            // The whole workspace is selected, so that dependencies have the features that the tests build them with,
-            // and are not compiled twice.
-            Self::Dev => &["--workspace", "--bin", "terrain-lod"],
-            Self::Release => &["--release", "--package", "terrain-lod"],
-        }
-    }
-}
-
-/// Builds `terrain-lod` and returns where it is.
-pub fn build(profile: Profile) -> Result<PathBuf, Fault> {
-    build_with("terrain-lod", profile.args())
+/// Builds all that the tests need and returns where `terrain-lod` is among it. Building it alone would give its
+/// dependencies other features than the tests do, and compile them twice.
+pub fn build_tests() -> Result<PathBuf, Fault> {
+    build_with("terrain-lod", &["test", "--locked", "--workspace", "--no-run"])
 }
 
 /// Builds `terrain-viewer` in release and returns where it is.
 pub fn build_viewer() -> Result<PathBuf, Fault> {
-    build_with("terrain-viewer", &["--release", "--package", "terrain-viewer"])
+    build_with("terrain-viewer", &["build", "--release", "--package", "terrain-viewer"])
 }
 
 /// Builds a program, cargo's progress on stderr.
@@ -42,15 +30,15 @@ pub fn build_viewer() -> Result<PathBuf, Fault> {
 /// the exit codes of cargo with the program's.
 fn build_with(name: &str, args: &[&str]) -> Result<PathBuf, Fault> {
     let output = cargo()
-        .args(["build", "--message-format=json-render-diagnostics"])
         .args(args)
+        .arg("--message-format=json-render-diagnostics")
         .stderr(Stdio::inherit())
         .output()
         .map_err(|error| Fault::failure(format!("cannot start cargo: {error}")))?;
     if !output.status.success() {
         return Err(Fault::failure(format!("{name} does not build")));
     }
-    executable_in(&String::from_utf8_lossy(&output.stdout))
+    executable_in(&String::from_utf8_lossy(&output.stdout), name)
         .ok_or_else(|| Fault::failure(format!("cargo built {name} but did not say where")))
 }
 
@@ -67,20 +55,11 @@ pub fn workspace_root() -> PathBuf {
     Path::new(&xtask).parent().expect("xtask is a folder of the workspace").to_path_buf()
 }
 
-/// The path in the one message that names an executable; libraries have `"executable":null`.
-fn executable_in(messages: &str) -> Option<PathBuf> {
-    let (_, rest) = messages.lines().find_map(|line| line.split_once(r#""executable":""#))?;
-    Some(json_string(rest).into())
-}
-
-/// The JSON string that ends at the next bare quote. Of the escapes, paths need `\\` and `\"` alone.
-fn json_string(text: &str) -> String {
-    let mut string = String::new();
-    let mut chars = text.chars();
-    while let Some(char) = chars.next().filter(|char| *char != '"') {
-        string.extend(if char == '\\' { chars.next() } else { Some(char) });
-    }
-    string
+/// The path of a program in cargo's messages; its unit tests are an executable of the same name.
+fn executable_in(messages: &str, name: &str) -> Option<PathBuf> {
+    let messages = messages.lines().filter_map(|line| serde_json::from_str::<Value>(line).ok());
+    let is_program = |message: &Value| message["target"]["name"] == name && message["profile"]["test"] == false;
+    messages.filter(is_program).find_map(|message| Some(message["executable"].as_str()?.into()))
 }
 
 /// Replaces xtask by the program: signals, Ctrl-C and exit code are then the program's own, with nobody in between who
@@ -129,22 +108,20 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_executable_is_found_among_cargos_messages() {
+    fn the_program_is_found_among_cargos_messages() {
         let messages = concat!(
-            r#"{"reason":"compiler-artifact","target":{"name":"csv"},"executable":null,"fresh":true}"#,
+            r#"{"reason":"compiler-artifact","target":{"name":"csv"},"profile":{"test":false},"executable":null}"#,
             "\n",
-            r#"{"reason":"compiler-artifact","target":{"name":"terrain-lod"},"executable":"/a b/terrain-lod","fresh":true}"#,
+            r#"{"reason":"compiler-artifact","target":{"name":"terrain_lod"},"profile":{"test":false},"executable":null}"#,
+            "\n",
+            r#"{"reason":"compiler-artifact","target":{"name":"terrain-lod"},"profile":{"test":true},"executable":"/a/t-1"}"#,
+            "\n",
+            r#"{"reason":"compiler-artifact","target":{"name":"terrain-lod"},"profile":{"test":false},"executable":"C:\\a \"b\"\\t"}"#,
             "\n",
             r#"{"reason":"build-finished","success":true}"#,
         );
-        assert_eq!(executable_in(messages), Some("/a b/terrain-lod".into()));
-        assert_eq!(executable_in(r#"{"reason":"build-finished","success":true}"#), None);
-    }
-
-    #[test]
-    fn escapes_in_paths() {
-        assert_eq!(json_string(r#"C:\\target\\terrain-lod.exe","fresh":true"#), r"C:\target\terrain-lod.exe");
-        assert_eq!(json_string(r#"/a \"b\"/é","x":1"#), r#"/a "b"/é"#);
+        assert_eq!(executable_in(messages, "terrain-lod"), Some(r#"C:\a "b"\t"#.into()));
+        assert_eq!(executable_in(r#"{"reason":"build-finished","success":true}"#, "terrain-lod"), None);
     }
 
     #[cfg(unix)]

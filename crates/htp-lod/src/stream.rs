@@ -1,4 +1,5 @@
-//! Cells come and go as the eye moves (section 3, phase 2, and section 4.2): the sheets in the windows, nearest first.
+//! Cells come and go as the eye moves (section 3, phase 2, and section 4.2): the sheets in the windows, first those in
+//! sight, the nearest first.
 //!
 //! A sheet that arrives is one transfer: its heights go to the GPU and are not kept (phase 5); what is kept are height
 //! ranges and errors. A cell that has not arrived, or cannot be read, is stood in for by its coarse levels, which are
@@ -12,7 +13,7 @@ use crate::budget::Budget;
 use crate::cells::{Cell, CellFile, CellsHeader, Resident};
 use crate::errors::ErrorTable;
 use crate::failures::Failures;
-use crate::grid::Grid;
+use crate::grid::{Grid, Square};
 use crate::levels::Levels;
 use crate::loader::{Arrival, Loader};
 use crate::options::{HtpError, LevelMetric, Options};
@@ -20,6 +21,12 @@ use crate::window::Sheet;
 
 /// A plan takes no further sheet once it has taken so many bytes of heights. At 60 frames a second that is 120 MiB a second.
 const BYTES_A_PLAN: usize = 2 << 20;
+
+/// A cell out of sight waits like one that is so many times as far away.
+const OUT_OF_SIGHT: f64 = 4.0;
+
+/// While sheets are on their way their order follows the eye's turning once in so many plans.
+const PLANS_AN_ORDER: u64 = 16;
 
 /// What loads the cells of one DEM.
 pub(crate) struct Stream {
@@ -86,7 +93,7 @@ impl Stream {
         self.free(grid);
         let eye = self.eye_cell(grid, view);
         // Even without another cell to load, the nearest are others.
-        self.reorder |= self.eye.replace(eye) != Some(eye);
+        self.reorder |= self.eye.replace(eye) != Some(eye) || self.plans.is_multiple_of(PLANS_AN_ORDER);
         if grid.window.follow(eye) {
             self.leaving = grid.window.leaving();
             let (fewer, _) = grid.window.count_depths();
@@ -151,18 +158,29 @@ impl Stream {
 
     /// The sheets to load: all windows fill from the eye to their rims at the same pace.
     fn wanted(&self, grid: &Grid, view: &View) -> Vec<Sheet> {
-        let share = |Sheet { level, cell }: &Sheet| {
+        let urgency = |Sheet { level, cell }: &Sheet| {
             let axes = [(0, view.eye_world.x), (1, view.eye_world.z)];
             let [x_m, z_m] = axes.map(|(axis, eye_m)| {
                 let first_m = cell[axis] as f64 * self.cell_m[axis];
                 eye_m - eye_m.clamp(first_m, first_m + self.cell_m[axis])
             });
-            x_m.hypot(z_m) / grid.window.side(*level) as f64
+            let share = x_m.hypot(z_m) / grid.window.side(*level) as f64;
+            if self.is_needed_in_sight(grid, view, *cell) { share } else { share * OUT_OF_SIGHT }
         };
-        let mut wanted: Vec<(f64, Sheet)> = self.lacking(grid).map(|sheet| (share(&sheet), sheet)).collect();
+        let mut wanted: Vec<(f64, Sheet)> = self.lacking(grid).map(|sheet| (urgency(&sheet), sheet)).collect();
         // Of sheets as near, the coarser first: without it the finer one is of no use.
         wanted.sort_by(|(a, of_a), (b, of_b)| a.total_cmp(b).then(Reverse(of_a.level).cmp(&Reverse(of_b.level))));
         wanted.into_iter().map(|(_, sheet)| sheet).collect()
+    }
+
+    /// Whether a cell or one beside it is in sight: what may be split in a cell depends on those around it.
+    fn is_needed_in_sight(&self, grid: &Grid, view: &View, cell: [u32; 2]) -> bool {
+        let mut bounds = grid.bounds_world(Square { level: grid.top(), column: cell[0], row: cell[1] });
+        for (axis, cell_m) in [(0, self.cell_m[0]), (2, self.cell_m[1])] {
+            bounds.min[axis] -= cell_m;
+            bounds.max[axis] += cell_m;
+        }
+        view.sees(&bounds)
     }
 
     /// The cell that the eye is above, or nearest to.
@@ -216,12 +234,36 @@ mod tests {
     use crate::cells::cut;
     use crate::{Batching, Htp};
     use std::sync::Arc;
-    use terrain_core::Heightmap;
+    use terrain_core::{Camera, Heightmap, Lens};
 
     fn open(options: &Options) -> (CellFile, Resident) {
         let heights_m = (0..500 * 460).map(|i| (i % 83) as f32).collect();
         let heightmap = Heightmap::new(500, 460, [30.0; 2], heights_m).unwrap();
         CellFile::open(Arc::new(cut(&heightmap, options))).unwrap()
+    }
+
+    /// An eye over the middle of a cell that looks north: rows of cells count southwards.
+    #[test]
+    fn what_is_in_sight_is_asked_for_before_what_is_as_near_behind() {
+        let options = Options { layers: 3, ..Options::bounded() };
+        let (file, resident) = open(&options);
+        let header = file.header().clone();
+        let sides = vec![9; header.streamed as usize];
+        let stream = Stream::new(file, Vec::new(), &options, &sides).unwrap();
+        let mut grid = tables(&header, resident, &options, &sides).1;
+        grid.window.follow([9, 9]);
+        let eye_world = [9.5 * stream.cell_m[0], 200.0, 9.5 * stream.cell_m[1]].into();
+        let camera = Camera { eye_world, heading: 0.0, pitch: -0.2 };
+        let view = View::new(&camera, &Lens { fov_y: 1.0, size_px: [320, 180], near_m: 1.0 }).unwrap();
+        let wanted = stream.wanted(&grid, &view);
+        assert_eq!(wanted.len(), 81 * sides.len());
+        let at =
+            |level: u32, row: u32| wanted.iter().position(|sheet| *sheet == Sheet { level, cell: [9, row] }).unwrap();
+        for level in 0..header.streamed {
+            let to_the_north: Vec<usize> = (5..=9).rev().map(|row| at(level, row)).collect();
+            assert!(to_the_north.is_sorted(), "the nearest first: {to_the_north:?}");
+            assert!(at(level, 5) < at(level, 11), "four cells ahead or two behind");
+        }
     }
 
     #[test]

@@ -21,7 +21,7 @@
 //!
 //! Deviation: the paper loads the cells in the frustum, further 2 rows and columns in the background, and takes 4 more as
 //! candidates for right levels at the rim. Here the windows lie around the eye, since the eye turns faster than disks
-//! read; the 2 rows and columns are those by which it may lie off the middle before they move, so that an eye that
+//! read, and those in the frustum come first (`stream`); the 2 rows and columns are those by which it may lie off the middle before they move, so that an eye that
 //! crosses a border to and fro loads nothing; the candidates are the cells beyond the sides.
 
 mod torus;
