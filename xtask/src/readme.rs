@@ -9,6 +9,8 @@
 //! <!-- end of quick -->
 //! ```
 
+mod equal_error;
+
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
@@ -19,7 +21,9 @@ use crate::program::workspace_root;
 
 const RECORDED: &str = "bench-results/recorded";
 /// What of a result folder is recorded, as far as it is there.
-const FILES: [&str; 5] = ["machine.json", "summary.csv", "summary.md", "tables.md", "equal-error.csv"];
+const FILES: [&str; 4] = ["summary.csv", "summary.md", "tables.md", "equal-error.csv"];
+/// The same of a suite of several benches.
+const SUITE_FILES: [&str; 2] = ["suite.json", "equal-error.csv"];
 /// A record is for readers of the repository: none of its files is larger.
 const MOST_BYTES: u64 = 200_000;
 /// The settings that tell a reader what a run is. The rest stands in the record.
@@ -28,36 +32,50 @@ const SETTINGS: [&str; 5] = ["selector", "metric", "leg-px", "k", "layers"];
 const NO_TOLERANCE: [&str; 2] = ["leg-px", "step"];
 
 /// `record DIR`: takes a result folder over, under the name of its suite, and shows it in the README.
+///
+/// Of a suite of several benches come the costs at equal error, under the names of suite and DEM; `machine.json` is that of
+/// its first bench.
 pub fn record(folder: &Path) -> Result<(), Fault> {
-    let machine = read(&folder.join("machine.json"))?;
+    let suite_file = folder.join("suite.json");
+    let suite = if suite_file.exists() { Some(parse(&suite_file, &read(&suite_file)?)?) } else { None };
+    let first = suite.as_ref().and_then(|suite| suite["benches"][0].as_str()).unwrap_or_default();
+    let machine_file = folder.join(first).join("machine.json");
+    let machine = parse(&machine_file, &read(&machine_file)?)?;
     if folder.join("INCOMPLETE").exists() {
         return Err(Fault::failure(format!("{}: marked INCOMPLETE; finish it first", folder.display())));
     }
-    if machine.contains("\"/") {
-        let message = "machine.json names a place of this machine; run the bench with relative paths";
-        return Err(Fault::failure(format!("{}: {message}", folder.display())));
-    }
-    let name = parse(&folder.join("machine.json"), &machine)?["suite"].as_str().unwrap_or("unnamed").to_owned();
+    let text = |name: &str| machine[name].as_str().unwrap_or("unnamed").to_owned();
+    let (name, files) = match suite {
+        None => (text("suite"), &FILES[..]),
+        Some(_) => (format!("{}-{}", text("suite"), text("dem")), &SUITE_FILES[..]),
+    };
     let target = workspace_root().join(RECORDED).join(&name);
     std::fs::create_dir_all(&target).map_err(|error| cannot_write(&target, &error))?;
-    for file in FILES.iter().filter(|file| folder.join(file).exists()) {
-        let text = read(&folder.join(file))?;
-        if text.len() as u64 > MOST_BYTES {
-            return Err(Fault::failure(format!(
-                "{file}: {} bytes; a record's files have at most {MOST_BYTES}",
-                text.len()
-            )));
-        }
-        std::fs::write(target.join(file), text).map_err(|error| cannot_write(&target.join(file), &error))?;
+    keep(&machine_file, &target.join("machine.json"))?;
+    for file in files.iter().filter(|file| folder.join(file).exists()) {
+        keep(&folder.join(file), &target.join(file))?;
     }
     check(true)
+}
+
+/// Copies a file of a record.
+fn keep(from: &Path, to: &Path) -> Result<(), Fault> {
+    let text = read(from)?;
+    let refuse = |why: String| Err(Fault::failure(format!("{}: {why}", from.display())));
+    if text.len() as u64 > MOST_BYTES {
+        return refuse(format!("{} bytes; a record's files have at most {MOST_BYTES}", text.len()));
+    }
+    if text.contains("\"/") {
+        return refuse("it names a place of this machine; run the bench with relative paths".into());
+    }
+    std::fs::write(to, text).map_err(|error| cannot_write(to, &error))
 }
 
 /// `check-readme`: whether the README shows what is recorded. `write`: makes it so.
 pub fn check(write: bool) -> Result<(), Fault> {
     let path = workspace_root().join("README.md");
     let text = read(&path)?;
-    let spliced = splice(&text, &|name| table(&workspace_root().join(RECORDED).join(name)))?;
+    let spliced = splice(&text, &shown)?;
     match spliced == text {
         true => Ok(()),
         false if write => std::fs::write(&path, spliced).map_err(|error| cannot_write(&path, &error)),
@@ -86,6 +104,19 @@ fn splice(text: &str, table: &dyn Fn(&str) -> Result<String, Fault>) -> Result<S
     }
 }
 
+/// What the README says of the record of a name, or of those that begin with it: a suite's, one a DEM.
+fn shown(name: &str) -> Result<String, Fault> {
+    let recorded = workspace_root().join(RECORDED);
+    if recorded.join(name).exists() {
+        return table(&recorded.join(name));
+    }
+    let entries = std::fs::read_dir(&recorded).into_iter().flatten().flatten().map(|entry| entry.path());
+    let begins = |folder: &PathBuf| folder.file_name().is_some_and(|it| it.to_string_lossy().starts_with(name));
+    let mut folders: Vec<PathBuf> = entries.filter(begins).collect();
+    folders.sort();
+    equal_error::table(&folders)
+}
+
 /// What the README says of a record.
 fn table(folder: &Path) -> Result<String, Fault> {
     let machine_file = folder.join("machine.json");
@@ -99,7 +130,6 @@ fn table(folder: &Path) -> Result<String, Fault> {
 fn caption(machine: &Value) -> String {
     let text = |name: &str| machine[name].as_str().unwrap_or_default().to_owned();
     let number = |name: &str| machine[name].to_string();
-    let words: Vec<&str> = machine["command"].as_array().into_iter().flatten().filter_map(Value::as_str).collect();
     let adapter = match (text("adapter").as_str(), text("adapter_type").as_str()) {
         ("", _) => "without a GPU".to_owned(),
         (name, "software") => {
@@ -118,11 +148,17 @@ fn caption(machine: &Value) -> String {
         text("flight"),
         number("frames"),
         size.join(" x "),
-        words.join(" "),
+        caption_words(machine),
         text("utc").split('T').next().unwrap_or_default(),
         number("cores"),
         text("cpu"),
     )
+}
+
+/// The command of a run.
+fn caption_words(run: &Value) -> String {
+    let words: Vec<&str> = run["command"].as_array().into_iter().flatten().filter_map(Value::as_str).collect();
+    words.join(" ")
 }
 
 /// A row by its columns.
@@ -202,7 +238,7 @@ fn grouped(number: &str) -> String {
     whole.chars().enumerate().flat_map(apart).collect::<String>() + fraction
 }
 
-fn read(path: &PathBuf) -> Result<String, Fault> {
+fn read(path: &Path) -> Result<String, Fault> {
     std::fs::read_to_string(path).map_err(|error| Fault::failure(format!("cannot read {}: {error}", path.display())))
 }
 
