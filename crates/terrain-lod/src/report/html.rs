@@ -40,9 +40,10 @@ pub fn plain_digits(value: f64) -> String {
     digits(value).replace(THIN_SPACE, "")
 }
 
-/// The digits before the point in groups of three. What is no plain number stays as it is.
+/// The digits before the point in groups of three, also of what is at most a number. Anything else stays as it is.
 pub fn group(text: &str) -> String {
-    let (sign, rest) = if let Some(rest) = text.strip_prefix('-') { ("-", rest) } else { ("", text) };
+    let sign = ["-", "<= "].into_iter().find(|sign| text.starts_with(sign)).unwrap_or("");
+    let rest = &text[sign.len()..];
     let (whole, fraction) = rest.split_at(rest.find('.').unwrap_or(rest.len()));
     if whole.len() < 4 || !whole.bytes().all(|byte| byte.is_ascii_digit()) {
         return text.to_owned();
@@ -135,6 +136,7 @@ mod tests {
             [group("-1234"), group("12.3456"), group("2026-01-31"), group("1 234")].map(|g| g.len()),
             [8, 7, 10, 5]
         );
+        assert_eq!(group("<= 650394"), "<= 650\u{202f}394");
         assert_eq!(
             [digits(0.0312345), digits(0.0), digits(12_345.6), digits(12.0)],
             ["0.03123", "0", "12\u{202f}346", "12"]
