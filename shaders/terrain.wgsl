@@ -15,25 +15,34 @@ struct Frame {
     eye_height_m: f32,
     half_light_m: f32,
     haze_colour: vec3<f32>,
-    colour: u32,
-    normals: u32,
     spacing_px_at_1_m: f32,
     mean_leg_px: f32,
-    // `Morph`; all 0 where a plan has none.
+    // Of `Morph`; 0 where a plan has none.
     morph_reach_m: f32,
-    morph_k: i32,
-    morph_levels: i32,
     metre_px_at_1_m: f32,
     error_scale_px: f32,
     to_sun: vec3<f32>,
-    padding: u32,
+    cell_side: u32,
 }
+
+// `Shading` in look.rs. Constants of the pipeline: a uniform that decides a branch costs time at every vertex and pixel,
+// and lavapipe compiles a shader with such branches anew for every frame, and keeps them all.
+override COLOUR: u32 = 0u;
+override NORMALS: u32 = 0u;
+override MARK_STALE: bool = false;
+// Of `Morph`.
+override MORPH_K: i32 = 1;
+override MORPH_LEVELS: i32 = 0;
 
 const COLOUR_BY_PATCH = 1u;
 const COLOUR_BY_LEVEL = 2u;
 const COLOUR_PLAIN = 3u;
 const COLOUR_BY_NORMAL = 4u;
+const COLOUR_BY_CELL = 5u;
+const COLOUR_BY_DRAW = 6u;
 const COLOUR_BY_ERROR = 8u;
+// `PatchTag::STALE`.
+const STALE = 0x80000000u;
 const NORMALS_PER_VERTEX = 1u;
 const MORPH_START = 0.7;
 const MORPH_END = 0.95;
@@ -45,6 +54,9 @@ const NORMALS_PER_TRIANGLE = 2u;
 @group(0) @binding(3) var bilinear: sampler;
 // `VoidQuads`; bound where the DEM has voids.
 @group(0) @binding(4) var void_quads: texture_2d<u32>;
+
+// The number of the draw, with a dynamic offset; 0 for all unless the colour is by draw.
+@group(0) @binding(5) var<uniform> draw_number: vec4<u32>;
 
 struct Corner {
     @builtin(position) @invariant position_clip: vec4<f32>,
@@ -71,7 +83,7 @@ fn corner(column_row: vec2<i32>, height_m: f32, tag: u32) -> Corner {
     let position_eye = relative_to_eye(column_row, height_m);
     let position_clip = frame.clip_from_eye * vec4<f32>(position_eye, 1.0);
     var normal_source = vec2<f32>(column_row);
-    if frame.normals == NORMALS_PER_VERTEX {
+    if NORMALS == NORMALS_PER_VERTEX {
         normal_source = textureLoad(normals, column_row, 0).xy;
     }
     return Corner(position_clip, position_eye, normal_source, height_m, tag);
@@ -126,16 +138,16 @@ fn vertex_morphed(
 // As `Morph::height_m`.
 fn morphed_height_m(column_row: vec2<i32>) -> f32 {
     let own_m = height_of(column_row);
-    var side = frame.morph_k;
+    var side = MORPH_K;
     var reach_m = frame.morph_reach_m;
-    for (var level = 0; level < frame.morph_levels; level++) {
+    for (var level = 0; level < MORPH_LEVELS; level++) {
         if any((column_row % side != vec2<i32>(0)) & (column_row != frame.last_sample)) {
             let distance_m = length(relative_to_eye(column_row, own_m));
             let share = clamp((distance_m / reach_m - MORPH_START) / (MORPH_END - MORPH_START), 0.0, 1.0);
             return (1.0 - share) * own_m + share * morph_target_m(column_row, side);
         }
-        side *= frame.morph_k;
-        reach_m *= f32(frame.morph_k);
+        side *= MORPH_K;
+        reach_m *= f32(MORPH_K);
     }
     return own_m;
 }
@@ -198,11 +210,10 @@ fn code_of(column_row: vec2<i32>, origin: vec2<i32>, leg_v: vec2<i32>, level: u3
 
 // `HeightFormat::decode`, in single precision.
 fn decoded_m(code: u32) -> f32 {
-    if tiles.code_bytes == 4u {
-        return bitcast<f32>(codes[code]);
-    }
-    let steps = (codes[code / 2u] >> (16u * (code % 2u))) & 0xffffu;
-    return tiles.offset_m + f32(steps) * tiles.scale_m;
+    let is_whole = tiles.code_bytes == 4u;
+    let word = codes[select(code / 2u, code, is_whole)];
+    let steps = (word >> (16u * (code % 2u))) & 0xffffu;
+    return select(tiles.offset_m + f32(steps) * tiles.scale_m, bitcast<f32>(word), is_whole);
 }
 
 // As `vertex_displaced`, over the method's own tiles.
@@ -223,12 +234,12 @@ fn vertex_tiled(
 // Normals come from the DEM, which knows x and z of each. Read at every pixel, they do not change with the mesh. Where
 // the DEM is not on the GPU, they are the triangles' own, which are seen from above.
 fn unit_normal(in: Corner) -> vec3<f32> {
-    if frame.normals == NORMALS_PER_TRIANGLE {
+    if NORMALS == NORMALS_PER_TRIANGLE {
         let normal = normalize(cross(dpdx(in.position_eye), dpdy(in.position_eye)));
         return select(normal, -normal, normal.y < 0.0);
     }
     var xz = in.normal_source;
-    if frame.normals != NORMALS_PER_VERTEX {
+    if NORMALS != NORMALS_PER_VERTEX {
         xz = textureSample(normals, bilinear, (xz + 0.5) / vec2<f32>(textureDimensions(normals))).xy;
     }
     return normalize(vec3<f32>(xz.x, sqrt(max(1.0 - dot(xz, xz), 0.0)), xz.y));
@@ -306,9 +317,30 @@ fn error_colour(in: Corner) -> vec3<f32> {
     return heat_colour(error_px / frame.error_scale_px);
 }
 
+fn patch_of(tag: u32) -> u32 {
+    return (tag & ~STALE) >> 4u;
+}
+
+// The rows of cells follow each other in the order of the hues, as patches do.
+fn cell_colour(column_row: vec2<f32>) -> vec3<f32> {
+    let cell = vec2<u32>(column_row) / frame.cell_side;
+    return patch_colour(cell.x + 31u * cell.y);
+}
+
+// Drawn for an older view: magenta stripes across the picture.
+fn marked(colour: vec3<f32>, in: Corner) -> vec3<f32> {
+    if !MARK_STALE {
+        return colour;
+    }
+    let is_stripe = fract((in.position_clip.x + in.position_clip.y) / 12.0) < 0.5;
+    return select(colour, vec3<f32>(0.75, 0.02, 0.45), is_stripe && (in.tag & STALE) != 0u);
+}
+
 fn surface_colour(in: Corner, normal: vec3<f32>) -> vec3<f32> {
-    switch frame.colour {
-        case COLOUR_BY_PATCH: { return patch_colour(in.tag >> 4u); }
+    switch COLOUR {
+        case COLOUR_BY_PATCH: { return patch_colour(patch_of(in.tag)); }
+        case COLOUR_BY_CELL: { return cell_colour(in.normal_source); }
+        case COLOUR_BY_DRAW: { return patch_colour(draw_number.x); }
         case COLOUR_BY_LEVEL: { return level_colour(in.tag & 15u); }
         case COLOUR_PLAIN: { return vec3<f32>(0.30); }
         case COLOUR_BY_ERROR: { return error_colour(in); }
@@ -336,13 +368,13 @@ fn normal_colour(normal: vec3<f32>) -> vec3<f32> {
 }
 
 fn lit(in: Corner, normal: vec3<f32>) -> vec3<f32> {
-    if frame.colour == COLOUR_BY_NORMAL {
+    if COLOUR == COLOUR_BY_NORMAL {
         return normal_colour(normal);
     }
-    if frame.colour == COLOUR_BY_ERROR {
+    if COLOUR == COLOUR_BY_ERROR {
         return surface_colour(in, normal) * (0.65 + 0.35 * max(dot(normal, frame.to_sun), 0.0));
     }
-    return surface_colour(in, normal) * light(normal);
+    return marked(surface_colour(in, normal) * light(normal), in);
 }
 
 fn hazed(colour: vec3<f32>, position_eye: vec3<f32>) -> vec4<f32> {

@@ -228,6 +228,11 @@ impl Grid {
         square.level > self.window.streamed || self.window.may_split(square.level, self.cell_number(square))
     }
 
+    /// Sample intervals along a cell.
+    pub fn cell_side(&self) -> u32 {
+        self.k.pow(self.layers.len() as u32)
+    }
+
     /// Column and row of the cell that a square lies in.
     pub fn cell_number(&self, square: Square) -> [u32; 2] {
         let per_cell = self.layer(square).per_cell;

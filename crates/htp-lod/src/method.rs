@@ -203,6 +203,7 @@ impl LodMethod for Htp {
     }
 
     fn buffers(&self) -> BufferSizes {
+        let cell_side = Some(self.grid.cell_side());
         let baked = |vertices: &CellVertices, indices: u64| BufferSizes {
             vertex_kind: VertexKind::Baked,
             index_format: IndexFormat::U32,
@@ -210,6 +211,7 @@ impl LodMethod for Htp {
             indices,
             instances: 0,
             heights: None,
+            cell_side,
         };
         match &self.rendering {
             Rendering::PerPatch(vertices, _) => baked(vertices, self.block_bytes()),
@@ -221,6 +223,7 @@ impl LodMethod for Htp {
                 indices: self.block_bytes(),
                 instances: instanced.bytes(),
                 heights: self.stream.as_ref().map(Stream::tiles),
+                cell_side,
             },
         }
     }

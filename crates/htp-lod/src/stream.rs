@@ -202,6 +202,7 @@ impl Stream {
             retries: self.failures.retries,
             cells_missing: missing,
             resident_bytes: self.resident_bytes,
+            first_cells: grid.window.first_cells(),
         }
     }
 }

@@ -26,6 +26,8 @@
 
 mod torus;
 
+use terrain_core::HeightTiles;
+
 use torus::Torus;
 
 /// What is loaded of a cell for one streamed level.
@@ -96,6 +98,11 @@ impl Window {
     /// The first cell of a level's window.
     pub fn first(&self, level: u32) -> [u32; 2] {
         self.levels[level as usize].first()
+    }
+
+    /// By level: the first cell of its window.
+    pub fn first_cells(&self) -> [[u32; 2]; HeightTiles::MAX_LEVELS] {
+        std::array::from_fn(|level| self.levels.get(level).map_or([0; 2], Torus::first))
     }
 
     /// The sheets in the windows, level by level, row by row.

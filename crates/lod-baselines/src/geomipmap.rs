@@ -74,6 +74,7 @@ impl Geomipmap {
             indices: size_of_val(&lists.indices[..]) as u64,
             instances: 0,
             heights: None,
+            cell_side: None,
         };
         let (levels, columns) = (Levels::default(), heightmap.columns());
         Ok(Self { blocks, lists, levels, tolerance_px, columns, culling: true, vertices, sizes })

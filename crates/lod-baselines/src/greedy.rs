@@ -51,6 +51,7 @@ impl Greedy {
             indices: size_of::<u32>() as u64,
             instances: 0,
             heights: None,
+            cell_side: None,
         };
         Ok(Self { heightmap, tolerance_px, distance_m, made_for_m: None, sizes, index_count: 0 })
     }

@@ -112,6 +112,7 @@ impl LodMethod for Rqt {
             indices: 4 * self.room,
             instances: 0,
             heights: None,
+            cell_side: None,
         }
     }
 

@@ -28,6 +28,7 @@ impl StaticGrid {
             indices: size_of_val(&indices[..]) as u64,
             instances: 0,
             heights: None,
+            cell_side: None,
         };
         let index_count = u32::try_from(indices.len()).expect("a grid needs at most 2^32 indices");
         Self { vertices, indices, sizes, index_count }

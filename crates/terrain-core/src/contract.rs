@@ -266,6 +266,7 @@ mod tests {
                 indices: 24 * samples,
                 instances: 0,
                 heights: None,
+                cell_side: None,
             }
         }
 

@@ -79,6 +79,8 @@ pub struct MeshMirror<'a> {
     morph: Option<Morph>,
     triangles: Vec<Triangle>,
     degenerate: Vec<Triangle>,
+    /// By patch, as far as draws tell: its part of the triangles.
+    patches: Vec<Range<usize>>,
 }
 
 impl<'a> MeshMirror<'a> {
@@ -97,6 +99,7 @@ impl<'a> MeshMirror<'a> {
             morph: None,
             triangles: Vec::new(),
             degenerate: Vec::new(),
+            patches: Vec::new(),
         }
     }
 
@@ -119,6 +122,7 @@ impl<'a> MeshMirror<'a> {
         self.draws.clear();
         self.triangles.clear();
         self.degenerate.clear();
+        self.patches.clear();
         self.morph = plan.morph;
         for draw in &plan.draws {
             self.expand(draw)?;
@@ -146,6 +150,11 @@ impl<'a> MeshMirror<'a> {
     /// The triangles of the last plan in drawing order, those without area left out.
     pub fn triangles(&self) -> &[Triangle] {
         &self.triangles
+    }
+
+    /// The same patch by patch, as far as draws tell.
+    pub fn patches(&self) -> impl Iterator<Item = &[Triangle]> {
+        self.patches.iter().map(|patch| &self.triangles[patch.clone()])
     }
 
     /// The triangles of the last plan that have no area.
@@ -180,11 +189,13 @@ impl<'a> MeshMirror<'a> {
                     Some(self.instances.written(one.clone()).ok_or_else(|| unwritten(Buffer::Instances, one))?[0])
                 }
             };
+            let first = self.triangles.len();
             for corners in indices.chunks_exact(3) {
                 let triangle = self.triangle(draw, [corners[0], corners[1], corners[2]], instance.as_ref())?;
                 let kept = if triangle.doubled_area() == 0 { &mut self.degenerate } else { &mut self.triangles };
                 kept.push(triangle);
             }
+            self.patches.push(first..self.triangles.len());
         }
         Ok(())
     }

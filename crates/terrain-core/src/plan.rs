@@ -64,6 +64,8 @@ pub struct BufferSizes {
     pub instances: u64,
     /// Where displaced vertices find their heights in [`Buffer::Heights`], and its size; none where the DEM's are used.
     pub heights: Option<HeightTiles>,
+    /// Sample intervals along a cell, the unit that the method loads, for pictures; none where it has no cells.
+    pub cell_side: Option<u32>,
 }
 
 impl BufferSizes {
@@ -117,6 +119,12 @@ impl Draw {
         Self { indices, base_vertex, instances: tag..tag + 1 }
     }
 
+    /// The same draw of baked vertices, marked as drawn for an older view.
+    pub fn stale(self) -> Self {
+        let tag = self.instances.start | PatchTag::STALE;
+        Self { instances: tag..tag + 1, ..self }
+    }
+
     /// Triangles that this draw sends to the GPU, degenerate ones included.
     pub fn triangles(&self) -> u64 {
         (self.indices.len() / 3) as u64 * self.instances.len() as u64
@@ -136,6 +144,8 @@ pub struct PatchTag {
 impl PatchTag {
     /// So many levels have a place in a tag.
     pub const LEVELS: usize = 16;
+    /// Set in the instance index of what is drawn for an older view ([`Draw::stale`]): for pictures alone.
+    pub const STALE: u32 = 1 << 31;
 
     /// `patch * 16 + level`; `shaders/terrain.wgsl` takes it apart again.
     pub fn to_instance(self) -> u32 {
@@ -145,7 +155,7 @@ impl PatchTag {
 
     /// The inverse of [`Self::to_instance`].
     pub fn from_instance(tag: u32) -> Self {
-        Self { patch: tag >> 4, level: tag & 15 }
+        Self { patch: (tag & !Self::STALE) >> 4, level: tag & 15 }
     }
 }
 
@@ -196,6 +206,9 @@ pub struct Streaming {
     pub cells_missing: u64,
     /// Bytes of the DEM in memory, the GPU's included.
     pub resident_bytes: u64,
+    /// By level below the coarse one: column and row of the first cell of its window
+    /// ([`HeightTiles::windows`](crate::HeightTiles::windows)).
+    pub first_cells: [[u32; 2]; HeightTiles::MAX_LEVELS],
 }
 
 /// Everything that a method wants the GPU to do this frame. Reused from frame to frame.

@@ -162,6 +162,10 @@ pub enum ColourName {
     Plain,
     /// The normals themselves
     Normal,
+    /// One colour a cell of HTP; by patch for methods without cells
+    Cell,
+    /// One colour a draw call
+    Draw,
 }
 
 impl From<ColourName> for Colour {
@@ -172,6 +176,8 @@ impl From<ColourName> for Colour {
             ColourName::Level => Self::ByLevel,
             ColourName::Plain => Self::Plain,
             ColourName::Normal => Self::ByNormal,
+            ColourName::Cell => Self::ByCell,
+            ColourName::Draw => Self::ByDraw,
         }
     }
 }

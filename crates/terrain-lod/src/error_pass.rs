@@ -131,6 +131,11 @@ pub enum Change {
 }
 
 impl<'a> Judge<'a> {
+    /// What the last plan draws.
+    pub fn mirror(&self) -> &MeshMirror<'a> {
+        &self.mirror
+    }
+
     /// Of one run of a bench.
     pub fn new(bench: &'a Bench, run: &Run, sizes: &BufferSizes) -> Self {
         let tolerances: Vec<f32> = bench.suite.tolerances_of(run).iter().map(|t| *t as f32).collect();

@@ -39,6 +39,11 @@ impl MethodBuffers {
         self.sizes.vertex_kind
     }
 
+    /// Sample intervals along the cells that the method loads; none where it has no such.
+    pub(crate) fn cell_side(&self) -> Option<u32> {
+        self.sizes.cell_side
+    }
+
     /// Whether displaced vertices take their heights from the method's own tiles.
     pub fn has_tiles(&self) -> bool {
         self.heights.is_some()

@@ -3,7 +3,7 @@
 use bytemuck::{Pod, Zeroable};
 use terrain_core::{Draw, FramePlan, View};
 
-use crate::{Colour, Look, Normals, Scene};
+use crate::{Colour, Look, Scene};
 
 /// `struct Frame` of `shaders/terrain.wgsl`.
 ///
@@ -30,33 +30,25 @@ pub struct FrameUniforms {
     pub half_light_m: f32,
     /// What the terrain fades into: linear red, green, blue.
     pub haze_colour: [f32; 3],
-    /// [`Colour`] as a number: 0 shaded, 1 by patch, 2 by level, 3 plain, 4 by normal, 8 by error.
-    pub colour: u32,
-    /// [`Normals`] as a number: 0 per pixel, 1 per vertex, 2 per triangle: also where the scene has none.
-    pub normals: u32,
     /// Pixels that the wider spacing covers at a distance of 1 m.
     pub spacing_px_at_1_m: f32,
     /// Legs of the plan's triangles in pixels, if all were alike and filled the picture.
     pub mean_leg_px: f32,
-    /// [`Morph::reach_m`](terrain_core::Morph::reach_m); as the next two 0 where the plan has no morph.
+    /// [`Morph::reach_m`](terrain_core::Morph::reach_m); 0 where the plan has no morph.
     pub morph_reach_m: f32,
-    /// [`Morph::k`](terrain_core::Morph::k).
-    pub morph_k: i32,
-    /// [`Morph::levels`](terrain_core::Morph::levels).
-    pub morph_levels: i32,
     /// Pixels that a metre covers at a distance of 1 m.
     pub metre_px_at_1_m: f32,
     /// [`Look::error_scale_px`].
     pub error_scale_px: f32,
     /// [`Look::to_sun`], of length 1.
     pub to_sun: [f32; 3],
-    /// Up to a multiple of 16 bytes.
-    pub padding: u32,
+    /// [`BufferSizes::cell_side`](terrain_core::BufferSizes::cell_side); 1 where there are no cells.
+    pub cell_side: u32,
 }
 
 impl FrameUniforms {
     /// The uniforms of one frame.
-    pub fn new(view: &View, scene: &Scene, plan: &FramePlan, look: &Look) -> Self {
+    pub fn new(view: &View, scene: &Scene, plan: &FramePlan, look: &Look, cell_side: Option<u32>) -> Self {
         let spacing_m = scene.spacing_m();
         let [x, z] = [view.eye_world.x, view.eye_world.z];
         let eye_sample = [(x / spacing_m[0]).floor(), (z / spacing_m[1]).floor()];
@@ -73,33 +65,13 @@ impl FrameUniforms {
             // A legend holds at any distance; and without haze, what fades is so far away that nothing is lost on the way.
             half_light_m: if is_hazy && look.colour != Colour::ByError { scene.half_light_m() } else { f32::MAX },
             haze_colour: [r, g, b],
-            colour: match look.colour {
-                Colour::Shaded => 0,
-                Colour::ByPatch => 1,
-                Colour::ByLevel => 2,
-                Colour::Plain => 3,
-                Colour::ByNormal => 4,
-                // Without the DEM's heights there is nothing to compare with.
-                Colour::ByError if !scene.has_heights() => 0,
-                Colour::ByError => 8,
-            },
-            normals: match look.normals {
-                _ if !scene.has_heights() => 2,
-                // Where a fragment is on the DEM travels with the normals per pixel.
-                _ if look.colour == Colour::ByError => 0,
-                Normals::PerTriangle => 2,
-                Normals::PerPixel => 0,
-                Normals::PerVertex => 1,
-            },
             spacing_px_at_1_m: view.pixels(spacing_m[0].max(spacing_m[1]), 1.0) as f32,
             mean_leg_px: mean_leg_px(view, plan),
             morph_reach_m: plan.morph.map_or(0.0, |morph| morph.reach_m as f32),
-            morph_k: plan.morph.map_or(0, |morph| morph.k as i32),
-            morph_levels: plan.morph.map_or(0, |morph| morph.levels as i32),
             metre_px_at_1_m: view.pixels(1.0, 1.0) as f32,
             error_scale_px: look.error_scale_px,
             to_sun: unit(look.to_sun),
-            padding: 0,
+            cell_side: cell_side.unwrap_or(1),
         }
     }
 }

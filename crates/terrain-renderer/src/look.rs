@@ -14,6 +14,10 @@ pub enum Colour {
     Plain,
     /// The normals themselves, unlit and without haze: red grows to the east, green to the south, blue upwards.
     ByNormal,
+    /// One colour a cell, the unit that a method loads; by patch where it has none. The normals are then per pixel.
+    ByCell,
+    /// One colour a draw call: all are alike where one call sends all draws ([`Submission`](crate::Submission)).
+    ByDraw,
     /// How far the mesh is from the DEM, in pixels, from blue (none) to red ([`Look::error_scale_px`]) and purple (more);
     /// see [`heat_colour`]. Shaded over a scene without heights. The normals are then per pixel.
     ByError,
@@ -32,6 +36,43 @@ pub enum Normals {
     PerTriangle,
 }
 
+/// What a look asks of a pipeline: its constants, `override` in `shaders/terrain.wgsl`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Shading {
+    /// 0 shaded, 1 by patch, 2 by level, 3 plain, 4 by normal, 5 by cell, 6 by draw, 8 by error.
+    pub(crate) colour: u32,
+    /// 0 per pixel, 1 per vertex, 2 per triangle.
+    pub(crate) normals: u32,
+    pub(crate) mark_stale: bool,
+}
+
+impl Shading {
+    pub(crate) fn of(look: &Look, has_heights: bool, has_cells: bool) -> Self {
+        let colour = match look.colour {
+            Colour::Shaded => 0,
+            Colour::ByPatch => 1,
+            Colour::ByLevel => 2,
+            Colour::Plain => 3,
+            Colour::ByNormal => 4,
+            Colour::ByCell if !has_cells => 1,
+            Colour::ByCell => 5,
+            Colour::ByDraw => 6,
+            // Without the DEM's heights there is nothing to compare with.
+            Colour::ByError if !has_heights => 0,
+            Colour::ByError => 8,
+        };
+        let normals = match look.normals {
+            _ if !has_heights && look.colour != Colour::ByCell => 2,
+            // Where a fragment is on the DEM travels with the normals per pixel.
+            _ if matches!(look.colour, Colour::ByError | Colour::ByCell) => 0,
+            Normals::PerTriangle => 2,
+            Normals::PerPixel => 0,
+            Normals::PerVertex => 1,
+        };
+        Self { colour, normals, mark_stale: look.mark_stale }
+    }
+}
+
 /// How a frame looks.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Look {
@@ -42,6 +83,8 @@ pub struct Look {
     /// Draw the triangles' edges over the terrain: the plan is then drawn twice. Edges fade where triangles are only
     /// a few pixels high. On GL they have gaps: wgpu's depth bias is for filled triangles alone there.
     pub wireframe: bool,
+    /// Stripe the patches that are drawn for an older view, since their updates have not finished.
+    pub mark_stale: bool,
     /// Fade into the sky with distance.
     pub haze: bool,
     /// The error in pixels that is red with [`Colour::ByError`], above 0.
@@ -79,6 +122,7 @@ impl Default for Look {
             colour: Colour::Shaded,
             normals: Normals::PerPixel,
             wireframe: false,
+            mark_stale: false,
             haze: true,
             error_scale_px: 1.0,
             to_sun: Self::NORTH_WEST,

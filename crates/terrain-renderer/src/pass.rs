@@ -10,23 +10,21 @@
 //! What is queued is written before the submission, whatever is drawn in it. So a [`PreparedFrame`] borrows all that it
 //! was prepared with: nothing can be prepared over it before it is drawn.
 
-use terrain_core::{FramePlan, VertexKind, View};
+use terrain_core::{FramePlan, Morph, VertexKind, View};
 use wgpu::TextureFormat;
 
-use crate::pipelines::{HeightSource, PipelineFactory, Pipelines, binding_layout, bindings};
-use crate::submission::draw_one_by_one;
-use crate::{FrameUniforms, Gpu, Look, MethodBuffers, RenderError, Scene, Submission};
+use crate::look::Shading;
+use crate::pipelines::{HeightSource, PipelineFactory, Pipelines, Variant, binding_layout, bindings};
+use crate::submission::{DrawNumbers, draw_numbered, draw_one_by_one};
+use crate::{Colour, FrameUniforms, Gpu, Look, MethodBuffers, RenderError, Scene, Submission};
 
 /// Draws plans over one scene, into any pass with the formats that it was built for.
 #[derive(Debug)]
 pub struct TerrainPass {
     scene: Scene,
-    baked: Pipelines,
-    displaced: Pipelines,
-    morphed: Pipelines,
-    /// Only on adapters whose vertices can read height tiles.
-    tiled: Option<Pipelines>,
+    pipelines: Pipelines,
     binding_layout: wgpu::BindGroupLayout,
+    draw_numbers: DrawNumbers,
     submission: Submission,
 }
 
@@ -40,14 +38,18 @@ pub struct ViewBindings {
 /// One plan in one view, ready to be drawn.
 #[derive(Debug)]
 pub struct PreparedFrame<'a> {
-    pass: &'a TerrainPass,
+    fill: wgpu::RenderPipeline,
+    /// Where the look has a wireframe.
+    lines: Option<wgpu::RenderPipeline>,
+    submission: Submission,
+    is_numbered: bool,
     plan: &'a FramePlan,
     buffers: &'a MethodBuffers,
     bindings: &'a ViewBindings,
 }
 
 impl TerrainPass {
-    /// Builds the pipelines for a colour format; the depth format is [`Target::DEPTH_FORMAT`](crate::Target).
+    /// Makes ready for a colour format; pipelines are built when a look needs them first. The depth format is [`Target::DEPTH_FORMAT`](crate::Target).
     pub fn new(
         gpu: &Gpu,
         scene: Scene,
@@ -57,12 +59,10 @@ impl TerrainPass {
         let binding_layout = binding_layout(&gpu.device, &scene);
         let factory = PipelineFactory::new(gpu, &binding_layout, colour_format, scene.void_quads().is_some());
         let pass = Self {
-            baked: factory.pipelines(HeightSource::Vertex),
-            displaced: factory.pipelines(HeightSource::Scene),
-            morphed: factory.pipelines(HeightSource::Morph),
-            tiled: gpu.facts().height_tiles.then(|| factory.pipelines(HeightSource::Tiles)),
+            pipelines: Pipelines::new(factory),
             scene,
             binding_layout,
+            draw_numbers: DrawNumbers::new(gpu),
             submission: submission.possible_on(gpu),
         };
         gpu.check()?;
@@ -82,7 +82,8 @@ impl TerrainPass {
             usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
             mapped_at_creation: false,
         });
-        ViewBindings { group: bindings(&gpu.device, &self.binding_layout, &uniforms, &self.scene), uniforms }
+        let group = bindings(&gpu.device, &self.binding_layout, &uniforms, &self.draw_numbers, &self.scene);
+        ViewBindings { group, uniforms }
     }
 
     /// Queues the plan's uploads and all else that its draws will read.
@@ -98,16 +99,29 @@ impl TerrainPass {
         if buffers.vertex_kind() == VertexKind::Displaced && !buffers.has_tiles() && !self.scene.has_heights() {
             return Err(RenderError::NoHeights);
         }
-        if look.wireframe && self.baked.lines.is_none() {
+        if look.wireframe && !gpu.facts().wireframe {
             return Err(RenderError::NoWireframe(gpu.facts().name.clone()));
         }
         buffers.apply(gpu, plan)?;
         if self.submission == Submission::MultiIndirect {
             buffers.write_arguments(gpu, &plan.draws)?;
         }
-        let uniforms = FrameUniforms::new(view, &self.scene, plan, look);
+        let uniforms = FrameUniforms::new(view, &self.scene, plan, look, buffers.cell_side());
         gpu.queue.write_buffer(&bindings.uniforms, 0, bytemuck::bytes_of(&uniforms));
-        Ok(PreparedFrame { pass: self, plan, buffers, bindings })
+        let variant = Variant {
+            source: height_source(buffers, plan),
+            shading: Shading::of(look, self.scene.has_heights(), buffers.cell_side().is_some()),
+            as_lines: false,
+        };
+        Ok(PreparedFrame {
+            fill: self.pipelines.get(gpu, variant),
+            lines: look.wireframe.then(|| self.pipelines.get(gpu, Variant { as_lines: true, ..variant })),
+            submission: self.submission,
+            is_numbered: look.colour == Colour::ByDraw,
+            plan,
+            buffers,
+            bindings,
+        })
     }
 
     /// Begins a pass that clears to the background and to the infinite distance.
@@ -136,14 +150,15 @@ impl TerrainPass {
             ..Default::default()
         })
     }
+}
 
-    fn pipelines(&self, buffers: &MethodBuffers, plan: &FramePlan) -> &Pipelines {
-        match buffers.vertex_kind() {
-            VertexKind::Baked => &self.baked,
-            // Tiles do not glide: no method has both.
-            VertexKind::Displaced if buffers.has_tiles() => self.tiled.as_ref().expect("buffers are refused without"),
-            VertexKind::Displaced if plan.morph.is_some() => &self.morphed,
-            VertexKind::Displaced => &self.displaced,
+fn height_source(buffers: &MethodBuffers, plan: &FramePlan) -> HeightSource {
+    match buffers.vertex_kind() {
+        VertexKind::Baked => HeightSource::Vertex,
+        // Tiles do not glide: no method has both.
+        VertexKind::Displaced if buffers.has_tiles() => HeightSource::Tiles,
+        VertexKind::Displaced => {
+            plan.morph.map_or(HeightSource::Scene, |Morph { k, levels, .. }| HeightSource::Morph { k, levels })
         }
     }
 }
@@ -155,17 +170,12 @@ fn clear<T>(to: T) -> wgpu::Operations<T> {
 impl PreparedFrame<'_> {
     /// Draws the plan's triangles; returns the number of draw calls made.
     pub fn draw(&self, pass: &mut wgpu::RenderPass) -> u32 {
-        self.draw_with(&self.pipelines().fill, pass)
+        self.draw_with(&self.fill, pass)
     }
 
-    /// Draws the triangles' edges over them; returns the number of draw calls made, which is 0 on an adapter that
-    /// cannot ([`TerrainPass::prepare`] refuses a look with a wireframe there).
+    /// Draws the triangles' edges over them, with a look that has a wireframe; returns the number of draw calls made.
     pub fn draw_wireframe(&self, pass: &mut wgpu::RenderPass) -> u32 {
-        self.pipelines().lines.as_ref().map_or(0, |lines| self.draw_with(lines, pass))
-    }
-
-    fn pipelines(&self) -> &Pipelines {
-        self.pass.pipelines(self.buffers, self.plan)
+        self.lines.as_ref().map_or(0, |lines| self.draw_with(lines, pass))
     }
 
     fn draw_with(&self, pipeline: &wgpu::RenderPipeline, pass: &mut wgpu::RenderPass) -> u32 {
@@ -174,9 +184,10 @@ impl PreparedFrame<'_> {
             return 0;
         }
         pass.set_pipeline(pipeline);
-        pass.set_bind_group(0, &self.bindings.group, &[]);
+        pass.set_bind_group(0, &self.bindings.group, &[DrawNumbers::offset(0)]);
         self.buffers.bind(pass);
-        match self.pass.submission {
+        match self.submission {
+            Submission::Direct if self.is_numbered => draw_numbered(pass, &self.bindings.group, &self.plan.draws),
             Submission::Direct => draw_one_by_one(pass, &self.plan.draws),
             Submission::MultiIndirect => self.buffers.arguments().draw(pass),
         }

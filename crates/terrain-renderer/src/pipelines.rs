@@ -9,9 +9,13 @@
 //! | the same as lines | the same | `fragment_wireframe` | a little nearer, tested |
 //! | each of these over voids | the same | the same `.._with_voids` | the same, but not before the fragments |
 
+use std::sync::{Mutex, PoisonError};
+
 use terrain_core::{BakedVertex, LocalVertex, PatchInstance};
 use wgpu::{ShaderStages, TextureFormat, VertexStepMode, vertex_attr_array};
 
+use crate::look::Shading;
+use crate::submission::DrawNumbers;
 use crate::tiles::tile_layout;
 use crate::{FrameUniforms, Gpu, Scene, Target};
 
@@ -24,21 +28,45 @@ pub(crate) enum HeightSource {
     Vertex,
     /// [`VertexKind::Displaced`](terrain_core::VertexKind): the scene.
     Scene,
-    /// The same, moved by the plan's [`Morph`](terrain_core::Morph).
-    Morph,
+    /// The same, moved by the plan's [`Morph`](terrain_core::Morph) with these numbers.
+    Morph { k: u32, levels: u32 },
     /// The same, with [`HeightTiles`](terrain_core::HeightTiles): the method's tiles.
     Tiles,
 }
 
-/// The pipelines of one source of heights.
-#[derive(Debug)]
-pub(crate) struct Pipelines {
-    pub(crate) fill: wgpu::RenderPipeline,
-    /// Only on adapters that can draw triangles as lines.
-    pub(crate) lines: Option<wgpu::RenderPipeline>,
+/// What tells one pipeline from another.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Variant {
+    pub(crate) source: HeightSource,
+    pub(crate) shading: Shading,
+    pub(crate) as_lines: bool,
 }
 
-/// Group 0 of the shader: uniforms, heights, normals, the sampler of the normals, and the void quads where there are any.
+/// The pipelines that have been asked for so far: a program uses few of all that there could be.
+#[derive(Debug)]
+pub(crate) struct Pipelines {
+    factory: PipelineFactory,
+    made: Mutex<Vec<(Variant, wgpu::RenderPipeline)>>,
+}
+
+impl Pipelines {
+    pub(crate) fn new(factory: PipelineFactory) -> Self {
+        Self { factory, made: Mutex::default() }
+    }
+
+    /// Made when it is asked for first.
+    pub(crate) fn get(&self, gpu: &Gpu, variant: Variant) -> wgpu::RenderPipeline {
+        let mut made = self.made.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some((_, pipeline)) = made.iter().find(|(other, _)| *other == variant) {
+            return pipeline.clone();
+        }
+        let pipeline = self.factory.pipeline(gpu, variant);
+        made.push((variant, pipeline.clone()));
+        pipeline
+    }
+}
+
+/// Group 0 of the shader: uniforms, heights, normals, the sampler of the normals, the number of the draw, and the void quads where there are any.
 pub(crate) fn binding_layout(device: &wgpu::Device, scene: &Scene) -> wgpu::BindGroupLayout {
     let entry = |binding, visibility, ty| wgpu::BindGroupLayoutEntry { binding, visibility, ty, count: None };
     let texture = |sample_type| wgpu::BindingType::Texture {
@@ -51,6 +79,11 @@ pub(crate) fn binding_layout(device: &wgpu::Device, scene: &Scene) -> wgpu::Bind
         has_dynamic_offset: false,
         min_binding_size: wgpu::BufferSize::new(size_of::<FrameUniforms>() as u64),
     };
+    let draw_numbers = wgpu::BindingType::Buffer {
+        ty: wgpu::BufferBindingType::Uniform,
+        has_dynamic_offset: true,
+        min_binding_size: wgpu::BufferSize::new(DrawNumbers::BYTES),
+    };
     let float = |filterable| texture(wgpu::TextureSampleType::Float { filterable });
     let mut entries = vec![
         entry(0, ShaderStages::VERTEX_FRAGMENT, uniforms),
@@ -58,6 +91,7 @@ pub(crate) fn binding_layout(device: &wgpu::Device, scene: &Scene) -> wgpu::Bind
         entry(2, ShaderStages::VERTEX_FRAGMENT, float(true)),
         entry(3, ShaderStages::FRAGMENT, wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering)),
     ];
+    entries.push(entry(5, ShaderStages::FRAGMENT, draw_numbers));
     let void_quads = || entry(4, ShaderStages::FRAGMENT, texture(wgpu::TextureSampleType::Uint));
     entries.extend(scene.void_quads().map(|_| void_quads()));
     device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: Some("terrain"), entries: &entries })
@@ -67,6 +101,7 @@ pub(crate) fn bindings(
     device: &wgpu::Device,
     layout: &wgpu::BindGroupLayout,
     uniforms: &wgpu::Buffer,
+    draw_numbers: &DrawNumbers,
     scene: &Scene,
 ) -> wgpu::BindGroup {
     let bilinear = device.create_sampler(&wgpu::SamplerDescriptor {
@@ -82,6 +117,7 @@ pub(crate) fn bindings(
         entry(2, wgpu::BindingResource::TextureView(scene.normals())),
         entry(3, wgpu::BindingResource::Sampler(&bilinear)),
     ];
+    entries.push(entry(5, draw_numbers.binding()));
     entries.extend(scene.void_quads().map(|quads| entry(4, wgpu::BindingResource::TextureView(quads))));
     device.create_bind_group(&wgpu::BindGroupDescriptor { label: Some("terrain"), layout, entries: &entries })
 }
@@ -110,9 +146,24 @@ fn depth_state(as_lines: bool) -> wgpu::DepthStencilState {
     }
 }
 
+/// The values of all `override`s of the shader.
+fn constants(Variant { source, shading, .. }: Variant) -> [(&'static str, f64); 5] {
+    let (k, levels) = match source {
+        HeightSource::Morph { k, levels } => (k, levels),
+        _ => (1, 0),
+    };
+    [
+        ("COLOUR", shading.colour.into()),
+        ("NORMALS", shading.normals.into()),
+        ("MARK_STALE", u8::from(shading.mark_stale).into()),
+        ("MORPH_K", k.into()),
+        ("MORPH_LEVELS", levels.into()),
+    ]
+}
+
 /// What all pipelines share.
-pub(crate) struct PipelineFactory<'a> {
-    gpu: &'a Gpu,
+#[derive(Debug)]
+pub(crate) struct PipelineFactory {
     shader: wgpu::ShaderModule,
     /// Without and with the group of the height tiles.
     layouts: [wgpu::PipelineLayout; 2],
@@ -120,9 +171,9 @@ pub(crate) struct PipelineFactory<'a> {
     has_voids: bool,
 }
 
-impl<'a> PipelineFactory<'a> {
+impl PipelineFactory {
     pub(crate) fn new(
-        gpu: &'a Gpu,
+        gpu: &Gpu,
         binding_layout: &wgpu::BindGroupLayout,
         colour_format: TextureFormat,
         has_voids: bool,
@@ -138,17 +189,15 @@ impl<'a> PipelineFactory<'a> {
         };
         let tiles = tile_layout(&gpu.device);
         let layouts = [layout(&[Some(binding_layout)]), layout(&[Some(binding_layout), Some(&tiles)])];
-        Self { gpu, shader, layouts, colour_format, has_voids }
+        Self { shader, layouts, colour_format, has_voids }
     }
 
-    pub(crate) fn pipelines(&self, source: HeightSource) -> Pipelines {
-        let lines = || self.pipeline(source, wgpu::PolygonMode::Line);
-        let fill = self.pipeline(source, wgpu::PolygonMode::Fill);
-        Pipelines { fill, lines: self.gpu.facts().wireframe.then(lines) }
-    }
-
-    fn pipeline(&self, source: HeightSource, polygon_mode: wgpu::PolygonMode) -> wgpu::RenderPipeline {
-        let as_lines = polygon_mode == wgpu::PolygonMode::Line;
+    fn pipeline(&self, gpu: &Gpu, variant: Variant) -> wgpu::RenderPipeline {
+        let Variant { source, as_lines, .. } = variant;
+        let polygon_mode = if as_lines { wgpu::PolygonMode::Line } else { wgpu::PolygonMode::Fill };
+        let constants = constants(variant);
+        let compilation_options =
+            wgpu::PipelineCompilationOptions { constants: &constants, ..wgpu::PipelineCompilationOptions::default() };
         let fragment = match (as_lines, self.has_voids) {
             (false, false) => "fragment_terrain",
             (false, true) => "fragment_terrain_with_voids",
@@ -160,17 +209,17 @@ impl<'a> PipelineFactory<'a> {
             blend: as_lines.then_some(DARKER),
             write_mask: wgpu::ColorWrites::ALL,
         };
-        self.gpu.device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+        gpu.device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
             label: Some(fragment),
             layout: Some(&self.layouts[(source == HeightSource::Tiles) as usize]),
-            vertex: self.vertex_state(source),
+            vertex: self.vertex_state(source, compilation_options.clone()),
             primitive: wgpu::PrimitiveState { cull_mode: Some(wgpu::Face::Back), polygon_mode, ..Default::default() },
             depth_stencil: Some(depth_state(as_lines)),
             multisample: wgpu::MultisampleState::default(),
             fragment: Some(wgpu::FragmentState {
                 module: &self.shader,
                 entry_point: Some(fragment),
-                compilation_options: Default::default(),
+                compilation_options,
                 targets: &[Some(target)],
             }),
             multiview_mask: None,
@@ -178,7 +227,11 @@ impl<'a> PipelineFactory<'a> {
         })
     }
 
-    fn vertex_state(&self, source: HeightSource) -> wgpu::VertexState<'_> {
+    fn vertex_state<'a>(
+        &'a self,
+        source: HeightSource,
+        compilation_options: wgpu::PipelineCompilationOptions<'a>,
+    ) -> wgpu::VertexState<'a> {
         const BAKED: &[Option<wgpu::VertexBufferLayout<'static>>] = &[Some(wgpu::VertexBufferLayout {
             array_stride: size_of::<BakedVertex>() as u64,
             step_mode: VertexStepMode::Vertex,
@@ -199,14 +252,9 @@ impl<'a> PipelineFactory<'a> {
         let (entry_point, buffers) = match source {
             HeightSource::Vertex => ("vertex_baked", BAKED),
             HeightSource::Scene => ("vertex_displaced", DISPLACED),
-            HeightSource::Morph => ("vertex_morphed", DISPLACED),
+            HeightSource::Morph { .. } => ("vertex_morphed", DISPLACED),
             HeightSource::Tiles => ("vertex_tiled", DISPLACED),
         };
-        wgpu::VertexState {
-            module: &self.shader,
-            entry_point: Some(entry_point),
-            compilation_options: Default::default(),
-            buffers,
-        }
+        wgpu::VertexState { module: &self.shader, entry_point: Some(entry_point), compilation_options, buffers }
     }
 }

@@ -58,6 +58,50 @@ impl DrawArguments {
     }
 }
 
+/// The numbers of draws, for colours alone: after the last one they begin again.
+#[derive(Debug)]
+pub(crate) struct DrawNumbers(wgpu::Buffer);
+
+impl DrawNumbers {
+    const COUNT: u32 = 64;
+    /// What every adapter takes for a dynamic offset.
+    const STRIDE: u32 = 256;
+    /// Of one number, as the shader has it.
+    pub(crate) const BYTES: u64 = 16;
+
+    pub(crate) fn new(gpu: &Gpu) -> Self {
+        let words = |draw| [draw].into_iter().chain([0; (Self::STRIDE / 4 - 1) as usize]);
+        let numbers: Vec<u32> = (0..Self::COUNT).flat_map(words).collect();
+        let buffer = gpu.device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some("draw numbers"),
+            size: size_of_val(&numbers[..]) as u64,
+            usage: BufferUsages::UNIFORM | BufferUsages::COPY_DST,
+            mapped_at_creation: false,
+        });
+        gpu.queue.write_buffer(&buffer, 0, bytemuck::cast_slice(&numbers));
+        Self(buffer)
+    }
+
+    pub(crate) fn binding(&self) -> wgpu::BindingResource<'_> {
+        let size = wgpu::BufferSize::new(Self::BYTES);
+        wgpu::BindingResource::Buffer(wgpu::BufferBinding { buffer: &self.0, offset: 0, size })
+    }
+
+    /// The dynamic offset of a draw.
+    pub(crate) fn offset(draw: usize) -> u32 {
+        draw as u32 % Self::COUNT * Self::STRIDE
+    }
+}
+
+/// The same as [`draw_one_by_one`], each with a number of its own.
+pub(crate) fn draw_numbered(pass: &mut wgpu::RenderPass, group: &wgpu::BindGroup, draws: &[Draw]) -> u32 {
+    for (number, draw) in draws.iter().enumerate() {
+        pass.set_bind_group(0, group, &[DrawNumbers::offset(number)]);
+        pass.draw_indexed(draw.indices.clone(), draw.base_vertex, draw.instances.clone());
+    }
+    draws.len() as u32
+}
+
 /// One call for each draw; returns their number.
 pub(crate) fn draw_one_by_one(pass: &mut wgpu::RenderPass, draws: &[Draw]) -> u32 {
     for draw in draws {

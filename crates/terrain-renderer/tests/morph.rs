@@ -36,6 +36,7 @@ fn baked(mesh: &Mesh) -> Mesh {
         indices: size_of_val(&indices[..]) as u64,
         instances: 0,
         heights: None,
+        cell_side: None,
     };
     Mesh { sizes, plan }
 }

@@ -3,7 +3,7 @@
 use std::mem::offset_of;
 
 use naga::valid::{Capabilities, ValidationFlags, Validator};
-use terrain_core::Morph;
+use terrain_core::{Morph, PatchTag};
 use terrain_renderer::{FrameUniforms, LevelUniforms, TileUniforms};
 
 /// Name and text of every WGSL file.
@@ -83,6 +83,12 @@ fn levels_glide_in_the_same_ranges_as_in_the_mirror() {
 }
 
 #[test]
+fn stale_patches_are_marked_alike() {
+    let (_, source) = shaders().into_iter().find(|(name, _)| name.ends_with("terrain.wgsl")).unwrap();
+    assert!(source.contains(&format!("const STALE = {:#x}u;", PatchTag::STALE)));
+}
+
+#[test]
 fn frame_uniforms_have_the_layout_of_the_shader() {
     let (name, source) = shaders().into_iter().find(|(name, _)| name.ends_with("terrain.wgsl")).unwrap();
     let module = parse(&name, &source);
@@ -98,17 +104,13 @@ fn frame_uniforms_have_the_layout_of_the_shader() {
         eye_height_m,
         half_light_m,
         haze_colour,
-        colour,
-        normals,
         spacing_px_at_1_m,
         mean_leg_px,
         morph_reach_m,
-        morph_k,
-        morph_levels,
         metre_px_at_1_m,
         error_scale_px,
         to_sun,
-        padding
+        cell_side
     );
     assert_eq!(in_wgsl, in_rust);
     assert_eq!(span, size_of::<FrameUniforms>());

@@ -244,6 +244,7 @@ impl LodMethod for Tin {
             indices: self.index_bytes(),
             instances: 0,
             heights: None,
+            cell_side: None,
         }
     }
 
@@ -263,10 +264,12 @@ impl LodMethod for Tin {
             plan.growths.push(Growth { buffer: Buffer::Indices, bytes: self.index_bytes() });
         }
         self.owners.of_all(self.visible.iter().copied(), &mut self.visible_nodes);
-        plan.draws.extend(self.visible_nodes.iter().map(|node| self.draw(*node)));
-        plan.stale_patches = match self.updates {
-            Updates::InPlan { .. } => 0,
-            Updates::Behind(_) => self.visible_nodes.iter().filter(|node| self.is_stale(**node, view)).count() as u32,
-        };
+        let may_be_stale = matches!(self.updates, Updates::Behind(_));
+        for node in &self.visible_nodes {
+            let is_stale = may_be_stale && self.is_stale(*node, view);
+            plan.stale_patches += u32::from(is_stale);
+            let draw = self.draw(*node);
+            plan.draws.push(if is_stale { draw.stale() } else { draw });
+        }
     }
 }

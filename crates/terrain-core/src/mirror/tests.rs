@@ -12,6 +12,7 @@ const BAKED: BufferSizes = BufferSizes {
     indices: 24,
     instances: 0,
     heights: None,
+    cell_side: None,
 };
 
 fn sample(column: u32, row: u32) -> Sample {

@@ -87,6 +87,7 @@ pub fn baked_grid(heightmap: &Heightmap, quads_per_draw: usize) -> Mesh {
         indices: size_of_val(&indices[..]) as u64,
         instances: 0,
         heights: None,
+        cell_side: None,
     };
     Mesh { sizes, plan }
 }
@@ -128,6 +129,7 @@ pub fn coarse_grid(heightmap: &Heightmap, quads: u16, step: i16) -> Mesh {
         indices: size_of_val(&indices[..]) as u64,
         instances: size_of_val(&instances[..]) as u64,
         heights: None,
+        cell_side: None,
     };
     Mesh { sizes, plan }
 }
