@@ -154,3 +154,34 @@ fn read_once(subject: &Subject, folder: &std::path::Path) -> bool {
         }
     }
 }
+
+/// What fuzzers begin with: one file a subject, in a folder for each target of `fuzz/`.
+#[test]
+#[ignore = "writes into fuzz/corpus"]
+fn seeds_for_fuzzers() {
+    let corpus = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fuzz/corpus");
+    for (number, subject) in tiffs().into_iter().chain(others()).enumerate() {
+        let (target, bytes) = seed(&subject);
+        let folder = corpus.join(target);
+        std::fs::create_dir_all(&folder).unwrap();
+        std::fs::write(folder.join(format!("seed-{number}")), bytes).unwrap();
+    }
+}
+
+/// The target for a subject, and its input.
+fn seed(subject: &Subject) -> (&'static str, Vec<u8>) {
+    let Subject { name, bytes, header, options } = subject;
+    let target = match name.rsplit_once('.').unwrap().1 {
+        _ if header.is_some() => "headed",
+        "png" if options.colours.is_some() => "png_colours",
+        "tif" => "tiff",
+        "asc" => "ascii_grid",
+        "dt0" => "dted",
+        "dem" => "usgs_dem",
+        "gz" | "zip" => "archive",
+        ending => ending,
+    };
+    let Some(header) = header else { return (target, bytes.clone()) };
+    let length = (header.len() as u16).to_le_bytes();
+    (target, [&[name.ends_with("flt") as u8], &length[..], header.as_bytes(), bytes].concat())
+}

@@ -108,7 +108,7 @@ impl Part {
     pub fn parse(&self, cell: [u32; 2], bytes: &[u8]) -> Result<Cell, CellsError> {
         let damaged = || CellsError::damaged(format_args!("{}, cell ({}, {})", self.name, cell[0], cell[1]));
         let (content, checksum) = bytes.split_last_chunk().expect("a whole record");
-        if self.checksum(content) != u32::from_le_bytes(*checksum) {
+        if !cfg!(fuzzing) && self.checksum(content) != u32::from_le_bytes(*checksum) {
             return Err(damaged());
         }
         let (number, mut content) = content.split_at(NUMBER);

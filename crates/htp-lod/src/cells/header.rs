@@ -106,10 +106,10 @@ impl CellsHeader {
     }
 }
 
-/// Whether some bytes end with the checksum of those before.
+/// Whether some bytes end with the checksum of those before. A fuzzer gets past it: it would not guess one.
 fn has_checksum(bytes: &[u8]) -> bool {
     let (before, checksum) = bytes.split_last_chunk().expect("longer than a checksum");
-    crc32fast::hash(before) == u32::from_le_bytes(*checksum)
+    cfg!(fuzzing) || crc32fast::hash(before) == u32::from_le_bytes(*checksum)
 }
 
 /// Texts of some lengths, and their checksum.

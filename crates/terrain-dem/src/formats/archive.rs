@@ -53,7 +53,7 @@ fn unzip(mut input: Input, limit: u64) -> Result<Input, DemError> {
         method => return Err(input.refuse(format!("a zip of method {method}; expected deflate: unzip it"))),
     };
     if let Ok(bytes) = &bytes
-        && (bytes.len() as u64 != file.bytes || crc(bytes) != file.crc)
+        && (bytes.len() as u64 != file.bytes || !cfg!(fuzzing) && crc(bytes) != file.crc)
     {
         return Err(
             input.refuse("a zip whose file has other bytes than its list says; expected a whole zip: fetch it again")
