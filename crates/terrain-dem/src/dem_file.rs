@@ -13,7 +13,8 @@ use crate::{Dem, DemError, write_atomically};
 pub enum DemFormat {
     /// Greyscale of 16 bits; voids are 0.
     Png16,
-    /// GeoTIFF of one band in metres, in coordinates from its south-western sample on; voids are NaN.
+    /// GeoTIFF of one band in metres, where the DEM lies, or else in coordinates from its south-western sample on; voids are
+    /// NaN.
     Tiff32,
     /// `u16`, the low byte first, and nothing else; voids are 0.
     Raw16,
@@ -208,6 +209,45 @@ mod tests {
             assert_eq!(read.source, written.source, "{format}");
             assert!(steps.is_none_or(|steps| steps.is_exact && steps.scale == 0.1), "{format}: {steps:?}");
         }
+    }
+
+    fn tiff_of(dem: &Dem) -> Dem {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.tif");
+        write_dem(&path, dem, DemFormat::Tiff32).unwrap();
+        read(&path, &ReadOptions::default()).unwrap()
+    }
+
+    #[test]
+    fn a_tiff_keeps_the_place_of_a_part_and_its_system() {
+        let tile = [0; 50];
+        let part = |name: &str| {
+            let options = ReadOptions { crop: crate::Crop::parse("4x3+1+2"), thin: Some(2), ..ReadOptions::default() };
+            read_bytes(name, tile.into(), &options).unwrap()
+        };
+        let written = tiff_of(&part("N44W122.hgt"));
+        let there = written.georeference.as_ref().unwrap();
+        // Samples of a quarter of a degree from the corner at 45 N 122 W, every second of them.
+        assert_eq!((there.place.west, there.place.north, there.place.step), (-121.75, 44.5, [0.5; 2]));
+        assert_eq!(written.reading.crs.as_deref(), Some("EPSG:4326"));
+        assert_eq!(tiff_of(&written).georeference, written.georeference, "and again");
+        // Nobody knows where that is.
+        assert_eq!(part_of_nowhere(&tile).georeference.unwrap().place.west, 0.0);
+    }
+
+    fn part_of_nowhere(tile: &[u8]) -> Dem {
+        let options = ReadOptions { spacing_m: Some([30.0; 2]), ..ReadOptions::default() };
+        tiff_of(&read_bytes("a.hgt", tile.into(), &options).unwrap())
+    }
+
+    #[test]
+    fn a_place_goes_with_the_files_own_spacing_alone() {
+        let rows = "1 2 3 4\n5 6 7 8\n9 9 9 9";
+        let at = |options: &ReadOptions| tiff_of(&dem(rows, options)).georeference.unwrap().place;
+        // The corner of the cells is at 0, 0.
+        assert_eq!((at(&ReadOptions::default()).west, at(&ReadOptions::default()).north), (5.0, 25.0));
+        let told = at(&ReadOptions { spacing_m: Some([30.0; 2]), ..ReadOptions::default() });
+        assert_eq!((told.west, told.north, told.step), (0.0, 60.0, [30.0; 2]));
     }
 
     #[test]

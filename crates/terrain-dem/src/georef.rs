@@ -77,6 +77,59 @@ pub struct Place {
     pub step: [f64; 2],
 }
 
+impl Place {
+    /// Of every `thin`-th sample from a column and row on.
+    pub fn part(self, [column, row]: [u32; 2], thin: u32) -> Self {
+        let [x, z] = self.step;
+        let (west, north) = (self.west + f64::from(column) * x, self.north - f64::from(row) * z);
+        Self { west, north, step: self.step.map(|step| step * f64::from(thin)) }
+    }
+}
+
+/// Where a DEM lies and in which coordinate system: what it takes to write that into a GeoTIFF.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Georeference {
+    pub(crate) place: Place,
+    pub(crate) keys: GeoKeys,
+}
+
+/// A coordinate system as a GeoTIFF says it (OGC 19-008r4).
+#[derive(Clone, Debug, PartialEq)]
+pub struct GeoKeys {
+    /// Key, where its value is, how many, and the value or its index.
+    pub entries: Vec<[u16; 4]>,
+    pub doubles: Vec<f64>,
+    pub texts: String,
+}
+
+impl GeoKeys {
+    fn of(entries: &[[u16; 4]]) -> Self {
+        Self { entries: entries.into(), doubles: Vec::new(), texts: String::new() }
+    }
+
+    /// Longitude and latitude, WGS 84.
+    pub fn wgs84() -> Self {
+        Self::of(&[[1024, 0, 1, 2], [1025, 0, 1, 2], [2048, 0, 1, 4326], [2054, 0, 1, 9102]])
+    }
+
+    /// Metres on a map that nobody else knows.
+    pub fn metres() -> Self {
+        Self::of(&[[1024, 0, 1, 1], [1025, 0, 1, 2], [3072, 0, 1, 32767], [3076, 0, 1, 9001]])
+    }
+
+    /// For heights in metres at places of samples, whatever they were.
+    pub fn of_samples_in_metres(&self) -> Self {
+        const RASTER_TYPE: u16 = 1025;
+        const VERTICAL: std::ops::Range<u16> = 4096..5120;
+        let is_other = |[key, ..]: &[u16; 4]| *key != RASTER_TYPE && !VERTICAL.contains(key);
+        let mut entries: Vec<[u16; 4]> = self.entries.iter().copied().filter(is_other).collect();
+        entries.push([RASTER_TYPE, 0, 1, 2]);
+        // Readers may look for them in order.
+        entries.sort_unstable();
+        Self { entries, ..self.clone() }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

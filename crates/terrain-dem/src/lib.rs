@@ -58,6 +58,7 @@ pub use atomic::write_atomically;
 pub use dem_file::{DemFormat, SIDECAR_MARK, Steps, sidecar_of, write_dem};
 pub use error::DemError;
 pub use formats::png::{write_png_rgb_rows, write_png16, write_png16_rows};
+pub use georef::Georeference;
 pub use mesh_file::{Mesh, MeshFormat};
 pub use options::{ColourCode, HeightUnit, RawLayout, ReadOptions, VoidPolicy};
 pub use part::Crop;
@@ -93,6 +94,8 @@ pub struct Dem {
     /// Which samples had no height, and hold one from their rim; `None` where all had one. The heightmap has them as its
     /// [voids](Heightmap::voids), unless they count as filled.
     pub voids: Option<Arc<VoidMask>>,
+    /// Where it lies, if that is known in a way that a GeoTIFF can say.
+    pub georeference: Option<Georeference>,
     /// What the file was taken for.
     pub reading: Reading,
 }
@@ -206,6 +209,7 @@ fn open_synthetic(spec: &str, options: &ReadOptions) -> Result<Dem, DemError> {
         licence: None,
         notice: None,
         voids: None,
+        georeference: None,
         reading: synthetic_reading(options),
     };
     let part = part::part(whole, options.crop, options.thin.unwrap_or(1));

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use terrain_core::Heightmap;
 
 use crate::input::Input;
-use crate::part::part;
+use crate::part::{self, Window, part};
 use crate::raster::{ABSURD, Decoded, Facts, Grid, Heights, Meaning, OnRow};
 use crate::resample::resample;
 use crate::samples::SampleType;
@@ -101,19 +101,28 @@ pub struct Opened {
     spacing_m: [f64; 2],
     spacing_from: String,
     pub meaning: Meaning,
+    /// The part of the file that is kept; the facts are those of this part.
+    window: Option<Window>,
 }
 
 impl Opened {
     /// What was made of several files.
     pub fn joined(facts: Facts, meaning: Meaning, sidecar: &Sidecar, options: &ReadOptions) -> Result<Self, String> {
         let (spacing_m, spacing_from) = spacing(&facts, sidecar, options)?;
-        Ok(Self { grid: None, facts, spacing_m, spacing_from, meaning })
+        Ok(Self { grid: None, facts, spacing_m, spacing_from, meaning, window: None })
+    }
+
+    /// Tells a part of the file from the whole.
+    fn name_of_part(&self, name: String) -> String {
+        let (Some(window), Some(grid)) = (self.window, &self.grid) else { return name };
+        part::name(&name, window, [grid.facts().columns, grid.facts().rows], 1)
     }
 
     /// All samples; closes the file.
     pub fn decode(&mut self) -> Result<Decoded, Unread> {
-        let mut heights = Heights::new(&self.facts, self.meaning);
-        self.grid.take().expect("a file is decoded once").decode(&mut heights)?;
+        let mut grid = self.grid.take().expect("a file is decoded once");
+        let mut heights = Heights::new(grid.facts(), self.meaning, self.window);
+        grid.decode(&mut heights)?;
         Ok(heights.finish())
     }
 }
@@ -121,6 +130,10 @@ impl Opened {
 pub fn open(input: Input, sidecar: &Sidecar, options: &ReadOptions) -> Result<Opened, Unread> {
     let grid = formats::open(input, &ReadOptions { raw: options.raw.or(sidecar.raw), ..*options })?;
     let mut facts = grid.facts().clone();
+    let window = options.crop.map(|crop| crop.window_in([facts.columns, facts.rows])).transpose()?;
+    if let Some(window) = window {
+        facts.crop(window);
+    }
     facts.check_size(options.limit())?;
     check_band(&facts, options)?;
     let (spacing_m, spacing_from) = spacing(&facts, sidecar, options)?;
@@ -128,11 +141,11 @@ pub fn open(input: Input, sidecar: &Sidecar, options: &ReadOptions) -> Result<Op
     if facts.samples.bytes() == 1 && !options.allow_8_bit {
         facts.warnings.push("8 bits a sample: the 256 heights show as steps".to_owned());
     }
-    Ok(Opened { grid: Some(grid), facts, spacing_m, spacing_from, meaning })
+    Ok(Opened { grid: Some(grid), facts, spacing_m, spacing_from, meaning, window })
 }
 
 fn by_rows(name: String, opened: Opened, options: &ReadOptions, on_row: OnRow) -> Result<ByRows, Unread> {
-    let Opened { grid, mut facts, spacing_m, spacing_from, meaning } = opened;
+    let Opened { grid, mut facts, spacing_m, spacing_from, meaning, .. } = opened;
     let mut grid = grid.expect("a file that was just opened");
     if !grid.is_by_rows() {
         return Ok(ByRows::Refused(format!("{} is not in rows from the north", facts.format)));
@@ -172,8 +185,9 @@ fn check_spacing(spacing_m: [f64; 2]) -> Result<(), String> {
 
 fn whole(name: String, input: Input, sidecar: Sidecar, options: &ReadOptions) -> Result<Dem, Unread> {
     let mut opened = open(input, &sidecar, options)?;
+    let name = opened.name_of_part(name);
     let decoded = opened.decode()?;
-    finish(name, opened, decoded, sidecar, options)
+    finish(name, opened, decoded, sidecar, &ReadOptions { crop: None, ..*options })
 }
 
 /// From samples to a DEM: voids, range, the part that is asked for.
@@ -195,10 +209,11 @@ pub fn finish(
     warn_of_range(&mut facts.warnings, meaning, range_m);
 
     let heightmap = Heightmap::new(facts.columns, facts.rows, spacing_m, heights_m).map_err(|e| e.to_string())?;
+    let georeference = facts.georeference(spacing_m);
     let reading = reading(facts, meaning, spacing_from, options);
     let Sidecar { source, licence, notice, .. } = sidecar;
     let (heightmap, voids) = (Arc::new(heightmap), mask.map(Arc::new));
-    let whole = Dem { name, heightmap, source, licence, notice, voids, reading };
+    let whole = Dem { name, heightmap, source, licence, notice, voids, georeference, reading };
     let part = part(whole, options.crop, options.thin.unwrap_or(1))?;
     Ok(with_holes(resample(part, options.resample_m)?, options.voids))
 }

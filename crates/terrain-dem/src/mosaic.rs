@@ -75,7 +75,8 @@ impl Header {
 
 fn open_tile(path: &Path, options: &ReadOptions) -> Result<(Sidecar, Opened), DemError> {
     let sidecar = Sidecar::read(&path.with_extension("toml"))?;
-    let opened = open(Input::open(path)?, &sidecar, options);
+    // A crop is one of the whole.
+    let opened = open(Input::open(path)?, &sidecar, &ReadOptions { crop: None, ..*options });
     let opened = opened.map_err(|unread| unread.of(&path.display().to_string()))?;
     Ok((sidecar, opened))
 }

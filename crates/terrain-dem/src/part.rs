@@ -5,6 +5,7 @@ use std::sync::Arc;
 use terrain_core::{Heightmap, Sample};
 
 use crate::Dem;
+use crate::georef::Georeference;
 use crate::voids::VoidMask;
 
 /// A rectangle of samples.
@@ -14,6 +15,15 @@ pub struct Crop {
     pub size: [u32; 2],
     /// Its first column and row; in the middle of the DEM without.
     pub first: Option<[u32; 2]>,
+}
+
+/// A crop in a grid that it lies in.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Window {
+    /// Column and row of its first sample.
+    pub first: [u32; 2],
+    /// Samples along x and along z.
+    pub size: [u32; 2],
 }
 
 impl Crop {
@@ -30,13 +40,13 @@ impl Crop {
         Some(Self { size, first })
     }
 
-    /// Its first sample in a DEM, if it lies in it.
-    fn first_in(&self, samples: [u32; 2]) -> Result<[u32; 2], String> {
+    /// Its samples in a DEM, if it lies in it.
+    pub(crate) fn window_in(&self, samples: [u32; 2]) -> Result<Window, String> {
         let middle = [0, 1].map(|axis| samples[axis].saturating_sub(self.size[axis]) / 2);
         let first = self.first.unwrap_or(middle);
         let fits = |axis: usize| first[axis].checked_add(self.size[axis]).is_some_and(|end| end <= samples[axis]);
         if fits(0) && fits(1) {
-            return Ok(first);
+            return Ok(Window { first, size: self.size });
         }
         let ([columns, rows], [column, row], [has_columns, has_rows]) = (self.size, first, samples);
         Err(format!(
@@ -53,8 +63,9 @@ pub(crate) fn part(dem: Dem, crop: Option<Crop>, thin: u32) -> Result<Dem, Strin
     let whole = &dem.heightmap;
     let samples = [whole.columns(), whole.rows()];
     let crop = crop.unwrap_or(Crop { size: samples, first: Some([0, 0]) });
-    let [column, row] = crop.first_in(samples)?;
-    let [columns, rows] = crop.size.map(|side| side.div_ceil(thin));
+    let window = crop.window_in(samples)?;
+    let [column, row] = window.first;
+    let [columns, rows] = window.size.map(|side| side.div_ceil(thin));
     let places = (0..rows).flat_map(|z| (0..columns).map(move |x| [x, z]));
     let places = places.map(|[x, z]| Sample { column: column + x * thin, row: row + z * thin });
     let heights_m = places.clone().map(|sample| whole.height_m(sample)).collect();
@@ -63,13 +74,16 @@ pub(crate) fn part(dem: Dem, crop: Option<Crop>, thin: u32) -> Result<Dem, Strin
     let is_void = |mask: &VoidMask| places.map(|at| mask.is_void(at.column, at.row)).collect::<Vec<_>>();
     let voids = dem.voids.as_deref().map(|mask| VoidMask::of_flags(columns, &is_void(mask)));
     let voids = voids.filter(|mask| mask.count() > 0).map(Arc::new);
-    Ok(Dem { name: name(&dem.name, crop, [column, row], samples, thin), heightmap: Arc::new(heightmap), voids, ..dem })
+    let name = name(&dem.name, window, samples, thin);
+    let georeference =
+        dem.georeference.map(|whole| Georeference { place: whole.place.part([column, row], thin), ..whole });
+    Ok(Dem { name, heightmap: Arc::new(heightmap), voids, georeference, ..dem })
 }
 
 /// Tells parts of a DEM from each other and from the whole.
-fn name(whole: &str, crop: Crop, [column, row]: [u32; 2], samples: [u32; 2], thin: u32) -> String {
-    let [columns, rows] = crop.size;
-    let cropped = if crop.size == samples { String::new() } else { format!("-{columns}x{rows}+{column}+{row}") };
+pub(crate) fn name(whole: &str, window: Window, samples: [u32; 2], thin: u32) -> String {
+    let Window { first: [column, row], size: [columns, rows] } = window;
+    let cropped = if window.size == samples { String::new() } else { format!("-{columns}x{rows}+{column}+{row}") };
     let thinned = if thin == 1 { String::new() } else { format!("-thin{thin}") };
     format!("{whole}{cropped}{thinned}")
 }
@@ -123,6 +137,32 @@ mod tests {
         let filled = crate::read_bytes("a.asc", text.into(), &fill).unwrap();
         assert!(filled.heightmap.voids().is_none() && filled.voids == part.voids);
         assert_eq!(filled.heightmap.heights_m(), part.heightmap.heights_m());
+    }
+
+    /// Tiles and rows beside the part are not even looked at.
+    #[test]
+    fn a_part_of_a_file_is_read_without_the_rest() {
+        let whole: Vec<u8> = (0..40 * 31u16).flat_map(u16::to_le_bytes).collect();
+        let raw = crate::RawLayout::parse("40x31:uint16");
+        let read = |crop, max_samples| {
+            let options = ReadOptions {
+                raw,
+                max_samples: Some(max_samples),
+                spacing_m: Some([10.0; 2]),
+                ..options(crop, Some(2))
+            };
+            crate::read_bytes("a.r16", whole.clone(), &options)
+        };
+        let part = read("11x9+20+7", 99).unwrap();
+        assert_eq!((part.heightmap.columns(), part.heightmap.rows(), &part.name[..]), (6, 5, "a-11x9+20+7-thin2"));
+        for (column, row) in (0..5).flat_map(|row| (0..6).map(move |column| (column, row))) {
+            let value = (7 + 2 * row) * 40 + 20 + 2 * column;
+            assert_eq!(part.heightmap.height_m(Sample { column, row }), value as f32);
+        }
+        let refused = read("11x9+20+7", 98).unwrap_err().to_string();
+        assert!(refused.starts_with("a.r16: 11 x 9 samples; expected"), "{refused}");
+        let beyond = read("11x9+30+7", 99).unwrap_err().to_string();
+        assert_eq!(beyond, "a.r16: it has 40 x 31 samples; expected a crop within, not 11x9+30+7");
     }
 
     #[test]

@@ -1,10 +1,11 @@
 //! What every decoder fills: a grid of heights, and what the file says of itself.
 
-use std::ops::ControlFlow;
+use std::ops::{ControlFlow, Range};
 
 use terrain_core::Heightmap;
 
-use crate::georef::{Place, Spacing};
+use crate::georef::{GeoKeys, Georeference, Place, Spacing};
+use crate::part::Window;
 use crate::samples::SampleType;
 use crate::spikes::Spikes;
 use crate::{DemError, HeightUnit};
@@ -36,6 +37,8 @@ pub struct Facts {
     pub bands: u32,
     pub spacing: Option<Spacing>,
     pub place: Option<Place>,
+    /// The coordinate system of the place, where it is known beyond its name.
+    pub keys: Option<GeoKeys>,
     /// Why there is no spacing, if more can be said than that.
     pub no_spacing: Option<String>,
     /// The southern row comes first, so that the decoder's rows are turned.
@@ -64,6 +67,7 @@ impl Facts {
             bands: 1,
             spacing: None,
             place: None,
+            keys: None,
             no_spacing: None,
             south_up: false,
             scale: None,
@@ -75,8 +79,28 @@ impl Facts {
         }
     }
 
+    /// From those of the file to those of a part of it.
+    pub fn crop(&mut self, window: Window) {
+        [self.columns, self.rows] = window.size;
+        self.place = self.place.map(|place| place.part(window.first, 1));
+    }
+
     pub fn count(&self) -> u64 {
         self.columns as u64 * self.rows as u64
+    }
+
+    /// Where the grid lies, if its spacing is the file's own: whoever says another one does not trust the place either.
+    /// Metres without a system are those of a map that nobody else knows; degrees would be of any earth.
+    pub fn georeference(&self, spacing_m: [f64; 2]) -> Option<Georeference> {
+        let (place, own_m) = (self.place?, self.spacing?.metres().ok()?);
+        // The metres of a degree are those at the middle of the DEM that this may be a part of.
+        let is_near = |axis: usize| (0.8..1.25).contains(&(own_m[axis] / spacing_m[axis]));
+        if !is_near(0) || !is_near(1) {
+            return None;
+        }
+        let is_metres = self.spacing == Some(Spacing::Metres(place.step));
+        let keys = self.keys.clone().or_else(|| is_metres.then(GeoKeys::metres))?;
+        Some(Georeference { place, keys })
     }
 
     /// Whether a heightmap can have this size and `max_samples` allow it.
@@ -108,14 +132,6 @@ pub struct Meaning {
 /// Values this far from 0 are leftovers of a void (such as -3.4e38), whatever their unit.
 pub const ABSURD: f64 = 1e30;
 
-/// Why a sample has no height.
-#[derive(Clone, Copy)]
-enum Void {
-    Declared,
-    Absurd,
-    Undeclared,
-}
-
 /// As [`Meaning`], with NaN for what is not there: no value equals it, and that is all a comparison needs.
 struct Rule {
     scale: f64,
@@ -139,19 +155,12 @@ impl Rule {
         }
     }
 
-    fn height_m(&self, value: f64) -> Result<f32, Void> {
-        if value == self.nodata {
-            return Err(Void::Declared);
-        }
-        if value == self.undeclared {
-            return Err(Void::Undeclared);
-        }
+    /// NaN at voids. Without a branch, so that a row goes through vector instructions.
+    fn height_m(&self, value: f64) -> f32 {
         let height_m = if self.is_plain { value } else { value * self.scale + self.offset_m } as f32;
         // A scale can carry a finite value beyond f32.
-        if value.is_nan() || value.abs() >= ABSURD || !height_m.is_finite() {
-            return Err(Void::Absurd);
-        }
-        Ok(height_m)
+        let is_absurd = value.is_nan() | (value.abs() >= ABSURD) | !height_m.is_finite();
+        if (value == self.nodata) | (value == self.undeclared) | is_absurd { f32::NAN } else { height_m }
     }
 }
 
@@ -162,6 +171,8 @@ pub type OnRow<'a> = &'a mut dyn FnMut(&[f32]) -> ControlFlow<()>;
 pub struct Heights<'a> {
     columns: u32,
     rows: u32,
+    /// The part that is kept; all of it without.
+    window: Option<Window>,
     south_up: bool,
     rule: Rule,
     /// All of them, or those of one row.
@@ -171,7 +182,9 @@ pub struct Heights<'a> {
     is_stopped: bool,
     found: u64,
     range_m: [f32; 2],
-    voids: [u64; 3],
+    /// Voids of these two kinds; the others are declared.
+    absurd: u64,
+    undeclared: u64,
     notes: Vec<String>,
 }
 
@@ -213,8 +226,9 @@ impl Decoded {
 }
 
 impl<'a> Heights<'a> {
-    pub fn new(facts: &Facts, meaning: Meaning) -> Self {
-        Self::with(facts, meaning, facts.count(), None)
+    pub fn new(facts: &Facts, meaning: Meaning, window: Option<Window>) -> Self {
+        let [columns, rows] = window.map_or([facts.columns, facts.rows], |window| window.size);
+        Self { window, ..Self::with(facts, meaning, columns as u64 * rows as u64, None) }
     }
 
     /// Keeps no more than a row; for a grid that [`is_by_rows`](Grid::is_by_rows). Stops at the first void.
@@ -227,6 +241,7 @@ impl<'a> Heights<'a> {
         Self {
             columns,
             rows,
+            window: None,
             south_up,
             rule: Rule::of(meaning),
             heights_m: vec![f32::NAN; kept as usize],
@@ -234,7 +249,8 @@ impl<'a> Heights<'a> {
             is_stopped: false,
             found: 0,
             range_m: [f32::INFINITY, f32::NEG_INFINITY],
-            voids: [0; 3],
+            absurd: 0,
+            undeclared: 0,
             notes: Vec::new(),
         }
     }
@@ -253,13 +269,16 @@ impl<'a> Heights<'a> {
     pub fn put(&mut self, row: u32, column: u32, values: impl Iterator<Item = f64>) {
         if self.on_row.is_none() {
             let row = if self.south_up { self.rows - 1 - row } else { row };
-            return self.put_at(row as usize * self.columns as usize, column, values);
+            return match self.window {
+                None => self.put_at(row as usize * self.columns as usize, self.columns, column, values),
+                Some(window) => self.put_within(window, row, column, values),
+            };
         }
         // A row that was left out, or one with a void in it, is for whoever fills voids.
         let before = row as u64 * self.columns as u64;
         self.is_stopped |= self.found != before;
         if !self.is_stopped {
-            self.put_at(0, column, values);
+            self.put_at(0, self.columns, column, values);
             self.is_stopped = self.found != before + self.columns as u64 || self.hand_on().is_break();
         }
     }
@@ -268,28 +287,53 @@ impl<'a> Heights<'a> {
         self.on_row.as_mut().map_or(ControlFlow::Continue(()), |on_row| on_row(&self.heights_m))
     }
 
-    /// Into the row that begins at `start`.
-    fn put_at(&mut self, start: usize, column: u32, values: impl Iterator<Item = f64>) {
-        let target = &mut self.heights_m[start + column as usize..start + self.columns as usize];
-        let ([mut low, mut high], mut found) = (self.range_m, 0);
+    /// What of a row, which counts from the north, lies in the window.
+    fn put_within(&mut self, window: Window, row: u32, column: u32, values: impl Iterator<Item = f64>) {
+        let Window { first: [first, first_row], size: [columns, rows] } = window;
+        let Some(row) = row.checked_sub(first_row).filter(|row| *row < rows) else { return };
+        let before = first.saturating_sub(column);
+        let at = (column + before - first).min(columns);
+        self.put_at(row as usize * columns as usize, columns, at, values.skip(before as usize));
+    }
+
+    /// Whether a part is kept, so that rows are better looked for than read through.
+    pub fn is_part(&self) -> bool {
+        self.window.is_some()
+    }
+
+    /// Whether any sample of some rows and columns of the file is kept.
+    pub fn wants(&self, rows: Range<u32>, columns: Range<u32>) -> bool {
+        let Some(Window { first, size }) = self.window else { return true };
+        let rows = if self.south_up { self.rows - rows.end..self.rows - rows.start } else { rows };
+        let overlaps =
+            |range: Range<u32>, axis: usize| range.start < first[axis] + size[axis] && range.end > first[axis];
+        overlaps(columns, 0) && overlaps(rows, 1)
+    }
+
+    /// Into the row of `columns` that begins at `start`.
+    fn put_at(&mut self, start: usize, columns: u32, column: u32, values: impl Iterator<Item = f64>) {
+        let target = &mut self.heights_m[start + column as usize..start + columns as usize];
+        let [mut low, mut high] = self.range_m;
+        let [mut all, mut found, mut declared, mut undeclared] = [0u32; 4];
         for (target, value) in target.iter_mut().zip(values) {
-            match self.rule.height_m(value) {
-                Ok(height_m) => {
-                    *target = height_m;
-                    (low, high) = (low.min(height_m), high.max(height_m));
-                    found += 1;
-                }
-                // It is NaN already.
-                Err(void) => self.voids[void as usize] += 1,
-            }
+            let height_m = self.rule.height_m(value);
+            *target = height_m;
+            // Whatever NaN is compared with, it is not taken.
+            low = if height_m < low { height_m } else { low };
+            high = if height_m > high { height_m } else { high };
+            all += 1;
+            found += u32::from(!height_m.is_nan());
+            declared += u32::from(value == self.rule.nodata);
+            undeclared += u32::from(value == self.rule.undeclared);
         }
         self.range_m = [low, high];
-        self.found += found;
+        self.found += u64::from(found);
+        self.undeclared += u64::from(undeclared);
+        self.absurd += u64::from(all - found - declared - undeclared);
     }
 
     pub fn finish(self) -> Decoded {
-        let [_, absurd, undeclared] = self.voids;
-        let Self { heights_m, found, range_m, notes, .. } = self;
+        let Self { heights_m, found, range_m, absurd, undeclared, notes, .. } = self;
         Decoded { heights_m, found, range_m, absurd, undeclared, gaps: 0, notes }
     }
 }

@@ -32,7 +32,12 @@ pub(crate) fn resample(dem: Dem, spacing_m: Option<[f64; 2]>) -> Result<Dem, Str
     let heightmap = Heightmap::new(columns.count, rows.count, spacing_m, heights_m).map_err(|e| e.to_string())?;
     let voids = mask.map(|_| VoidMask::of_flags(columns.count, &is_void)).filter(|mask| mask.count() > 0).map(Arc::new);
     let name = format!("{}-{}m", dem.name, spacing_m[0]);
-    Ok(Dem { name, heightmap: Arc::new(heightmap), voids, ..dem })
+    let coarser = |axis: usize, step: f64| step * spacing_m[axis] / map.spacing_m()[axis];
+    let georeference = dem.georeference.map(|mut there| {
+        there.place.step = [0, 1].map(|axis| coarser(axis, there.place.step[axis]));
+        there
+    });
+    Ok(Dem { name, heightmap: Arc::new(heightmap), voids, georeference, ..dem })
 }
 
 /// Places along one axis of a grid.

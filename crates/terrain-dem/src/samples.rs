@@ -115,15 +115,20 @@ struct At<'a, 'h> {
 impl At<'_, '_> {
     /// `value` takes little-endian bytes.
     fn put<const N: usize>(self, value: impl Fn([u8; N]) -> f64) {
-        let is_big = self.packing.order == ByteOrder::Big;
-        let samples = self.bytes.chunks(self.packing.stride).filter_map(|sample| {
-            let mut bytes = *sample.first_chunk::<N>()?;
-            if is_big {
-                bytes.reverse();
-            }
-            Some(value(bytes))
-        });
-        self.heights.put(self.row, self.column, samples);
+        let Self { heights, row, column, bytes, packing: Packing { order, stride, .. } } = self;
+        let turned = |mut bytes: [u8; N]| {
+            bytes.reverse();
+            bytes
+        };
+        // Samples side by side, as nearly all are, are many times as quick without a stride.
+        let dense = || bytes.as_chunks::<N>().0.iter().copied();
+        let sparse = || bytes.chunks(stride).filter_map(|sample| sample.first_chunk::<N>().copied());
+        match (order, stride == N) {
+            (ByteOrder::Little, true) => heights.put(row, column, dense().map(value)),
+            (ByteOrder::Little, false) => heights.put(row, column, sparse().map(value)),
+            (ByteOrder::Big, true) => heights.put(row, column, dense().map(turned).map(value)),
+            (ByteOrder::Big, false) => heights.put(row, column, sparse().map(turned).map(value)),
+        }
     }
 }
 

@@ -71,6 +71,7 @@ impl CellsDem {
             licence: provenance.licence,
             notice: provenance.notice,
             voids: None,
+            georeference: None,
             reading: self.reading,
         })
     }

@@ -4,6 +4,7 @@
 use std::io::{self, Write};
 
 use crate::Dem;
+use crate::georef::{GeoKeys, Georeference, Place};
 
 /// About the bytes of a strip.
 const STRIP_BYTES: u32 = 1 << 16;
@@ -12,19 +13,6 @@ const SHORT: u16 = 3;
 const LONG: u16 = 4;
 const DOUBLE: u16 = 12;
 const ASCII: u16 = 2;
-
-/// Metres on a map that nobody else knows: (key, where, count, value), after versions and the count of keys.
-const KEYS: [[u16; 4]; 5] = [
-    [1, 1, 0, 4],
-    // Projected.
-    [1024, 0, 1, 1],
-    // Places are of samples.
-    [1025, 0, 1, 2],
-    // Defined by the user.
-    [3072, 0, 1, 32767],
-    // The metre.
-    [3076, 0, 1, 9001],
-];
 
 struct Tag {
     tag: u16,
@@ -54,8 +42,10 @@ fn tags(dem: &Dem, strip_rows: u32, first: u32) -> Vec<Tag> {
     let longs = |tag, values: Vec<u32>| tag_of(tag, LONG, values.len(), values.iter().flat_map(|v| v.to_le_bytes()));
     let short = |tag, value: u16| tag_of(tag, SHORT, 1, value.to_le_bytes());
     let doubles = |tag, values: &[f64]| tag_of(tag, DOUBLE, values.len(), values.iter().flat_map(|v| v.to_le_bytes()));
-    let keys = KEYS.as_flattened();
-    vec![
+    let Georeference { place, keys } = dem.georeference.clone().unwrap_or_else(|| from_the_south_west(rows, [x, z]));
+    let GeoKeys { entries, doubles: key_doubles, texts } = keys.of_samples_in_metres();
+    let directory = [&[1, 1, 0, entries.len() as u16], entries.as_flattened()].concat();
+    let mut tags = vec![
         longs(256, vec![columns]),
         longs(257, vec![rows]),
         short(258, 32),
@@ -66,11 +56,24 @@ fn tags(dem: &Dem, strip_rows: u32, first: u32) -> Vec<Tag> {
         longs(278, vec![strip_rows]),
         longs(279, counts),
         short(339, 3),
-        doubles(33550, &[x, z, 0.0]),
-        doubles(33922, &[0.0, 0.0, 0.0, 0.0, f64::from(rows - 1) * z, 0.0]),
-        tag_of(34735, SHORT, keys.len(), keys.iter().flat_map(|v| v.to_le_bytes())),
-        tag_of(42113, ASCII, 4, *b"nan\0"),
-    ]
+        doubles(33550, &[place.step[0], place.step[1], 0.0]),
+        doubles(33922, &[0.0, 0.0, 0.0, place.west, place.north, 0.0]),
+        tag_of(34735, SHORT, directory.len(), directory.iter().flat_map(|v| v.to_le_bytes())),
+    ];
+    if !key_doubles.is_empty() {
+        tags.push(doubles(34736, &key_doubles));
+    }
+    if !texts.is_empty() {
+        tags.push(tag_of(34737, ASCII, texts.len() + 1, [texts.as_bytes(), b"\0"].concat()));
+    }
+    tags.push(tag_of(42113, ASCII, 4, *b"nan\0"));
+    tags
+}
+
+/// A DEM of which nobody knows where it lies.
+fn from_the_south_west(rows: u32, step: [f64; 2]) -> Georeference {
+    let place = Place { west: 0.0, north: f64::from(rows - 1) * step[1], step };
+    Georeference { place, keys: GeoKeys::metres() }
 }
 
 fn tag_of(tag: u16, kind: u16, count: usize, bytes: impl IntoIterator<Item = u8>) -> Tag {

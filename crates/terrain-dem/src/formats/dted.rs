@@ -2,7 +2,7 @@
 //! from south to north.
 
 use crate::DemError;
-use crate::georef::{Place, Spacing};
+use crate::georef::{GeoKeys, Place, Spacing};
 use crate::input::Input;
 use crate::raster::{Facts, Grid, Heights};
 use crate::samples::SampleType;
@@ -66,6 +66,7 @@ fn facts(header: &[u8]) -> Option<Facts> {
     facts.place = west.map(|west| Place { west, north: south + depth, step });
     facts.nodata = Some(f64::from(VOID));
     facts.crs = Some("EPSG:4326 (as all DTED)".to_owned());
+    facts.keys = Some(GeoKeys::wgs84());
     Some(facts)
 }
 

@@ -5,7 +5,7 @@
 
 use crate::DemError;
 use crate::formats::packed::{PackedGrid, Rows};
-use crate::georef::{Place, Spacing};
+use crate::georef::{GeoKeys, Place, Spacing};
 use crate::input::Input;
 use crate::raster::Facts;
 use crate::samples::{ByteOrder, Packing, SampleType};
@@ -35,6 +35,7 @@ pub fn open(input: Input) -> Result<PackedGrid, DemError> {
             facts.spacing = Some(Spacing::Degrees { degrees: step, latitude: south + 0.5 });
             facts.place = Some(Place { west, north: south + 1.0, step });
             facts.crs = Some("EPSG:4326 (by the name)".to_owned());
+            facts.keys = Some(GeoKeys::wgs84());
         }
         None => facts.warnings.push(
             "the name is not that of a tile, such as N44W122.hgt, so that its latitude and spacing are unknown"

@@ -59,12 +59,15 @@ impl Grid for PackedGrid {
     fn decode(&mut self, heights: &mut Heights) -> Result<(), DemError> {
         let mut bytes = Vec::new();
         let span = self.row_span();
-        let is_dense = span == self.rows.row_bytes;
+        let is_dense = span == self.rows.row_bytes && !heights.is_part();
         if is_dense {
             self.input.from(self.rows.first_byte)?;
             bytes.resize(span as usize, 0);
         }
         for row in 0..self.facts.rows {
+            if !heights.wants(row..row + 1, 0..self.facts.columns) {
+                continue;
+            }
             match is_dense {
                 true => self.input.read_exact(&mut bytes)?,
                 false => {

@@ -4,6 +4,7 @@ mod broken;
 mod broken_headers;
 mod broken_tiffs;
 mod by_rows;
+mod parts;
 mod tiff_writer;
 mod tiles;
 mod variants;

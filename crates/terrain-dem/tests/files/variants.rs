@@ -247,6 +247,10 @@ fn srtm_tiles_plain_and_packed() {
     check("N44W122.SRTMGL1.hgt.gz", writers::gzip(&writers::hgt()));
     check("tile.zip", writers::zip(&[("N44W122.hgt", &writers::hgt())]));
     check("tile.zip", writers::zip(&[("read.me", b"hello"), ("data/N44W122.hgt", &writers::hgt())]));
+    // As NASADEM comes: with counts of scenes and a mask of water, which are grids of the same size.
+    let [counts, water] = [[7; 25], [0; 25]];
+    let members = [("n44w122.num", &counts[..]), ("n44w122.hgt", &writers::hgt()), ("n44w122.swb", &water[..])];
+    check("NASADEM_HGT_n44w122.zip", writers::zip(&members));
     let spaced = ReadOptions { spacing_m: Some([90.0; 2]), ..ReadOptions::default() };
     assert_eq!(load_with("oregon", writers::hgt_of(1201), spaced).heightmap.columns(), 1201);
 }

@@ -1,6 +1,6 @@
 //! What a TIFF says of its place and its numbers: GeoTIFF keys (OGC 19-008r4) and GDAL's own tags.
 
-use crate::georef::{Place, Spacing};
+use crate::georef::{GeoKeys, Place, Spacing};
 use crate::input::Input;
 use crate::raster::Facts;
 use crate::{DemError, HeightUnit};
@@ -52,11 +52,22 @@ pub fn read(input: &mut Input, tags: &Tags, band: u32, facts: &mut Facts) -> Res
     let y = |row: f64| affine.y + (row + half - affine.at[1]) * z;
     let (west, north) = (affine.x + (half - affine.at[0]) * x, y(0.0).max(y(last_row)));
     facts.place = Some(Place { west, north, step: [x, z.abs()] });
+    facts.keys = geo_keys(input, tags)?;
     match keys.spacing([x, z.abs()], [west, y(last_row / 2.0)], facts) {
         Ok(spacing) => facts.spacing = Some(spacing),
         Err(reason) => facts.no_spacing = Some(reason),
     }
     Ok(())
+}
+
+/// The keys as they are, to be written again. `None` without any.
+fn geo_keys(input: &mut Input, tags: &Tags) -> Result<Option<GeoKeys>, DemError> {
+    let directory = tags.wholes(input, KEYS)?;
+    let numbers: Vec<u16> = directory.iter().map(|number| *number as u16).collect();
+    // The first four are versions and a count.
+    let entries: Vec<[u16; 4]> = numbers.as_chunks().0.get(1..).unwrap_or_default().to_vec();
+    let (doubles, texts) = (tags.doubles(input, KEY_DOUBLES)?, tags.text(input, KEY_TEXTS)?.unwrap_or_default());
+    Ok((!entries.is_empty()).then_some(GeoKeys { entries, doubles, texts }))
 }
 
 fn nodata(input: &mut Input, tags: &Tags, facts: &mut Facts) -> Result<Option<f64>, DemError> {

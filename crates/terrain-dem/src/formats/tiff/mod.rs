@@ -107,6 +107,10 @@ impl TiffGrid {
         let layout = &self.layout;
         let first_row = (chunk / layout.across()) as u32 * layout.chunk_rows;
         let first_column = (chunk % layout.across()) as u32 * layout.chunk_columns;
+        let (rows, columns) = (first_row + layout.rows_of(chunk), first_column.saturating_add(layout.chunk_columns));
+        if !heights.wants(first_row..rows, first_column..columns) {
+            return Ok(());
+        }
         let row_layout = RowLayout {
             interleaved: layout.interleaved() as usize,
             sample_bytes: layout.samples.bytes(),
