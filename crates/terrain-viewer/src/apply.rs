@@ -29,6 +29,8 @@ impl Viewer {
             Command::NextMode => state.mode = next_mode(state.mode),
             Command::Wireframe => self.toggle_wireframe(),
             Command::Normals => state.normals = other_normals(state.normals),
+            Command::Stale => state.mark_stale = !state.mark_stale,
+            Command::Boxes => state.boxes = !state.boxes,
             Command::Freeze => self.toggle_freeze(),
             Command::AboveGround => state.rig.above_ground = !state.rig.above_ground,
             Command::Orbit => state.rig.toggle_orbit(&self.ground.dem.heightmap),

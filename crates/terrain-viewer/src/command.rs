@@ -23,6 +23,10 @@ pub enum Mode {
     Shaded,
     Level,
     Patch,
+    /// The unit that a method loads.
+    Cell,
+    /// Draw call by draw call.
+    Draw,
     /// How far the mesh is from the DEM, in pixels.
     Error,
     /// How far the two methods' pictures are apart.
@@ -30,13 +34,16 @@ pub enum Mode {
 }
 
 impl Mode {
-    pub const ALL: [Self; 5] = [Self::Shaded, Self::Level, Self::Patch, Self::Error, Self::Difference];
+    pub const ALL: [Self; 7] =
+        [Self::Shaded, Self::Level, Self::Patch, Self::Cell, Self::Draw, Self::Error, Self::Difference];
 
     pub fn name(self) -> &'static str {
         match self {
             Self::Shaded => "shaded",
             Self::Level => "level",
             Self::Patch => "patch",
+            Self::Cell => "cell",
+            Self::Draw => "draw",
             Self::Error => "error",
             Self::Difference => "difference",
         }
@@ -55,6 +62,10 @@ pub enum Command {
     NextMode,
     Wireframe,
     Normals,
+    /// Mark what is drawn for an older view.
+    Stale,
+    /// A box around each patch.
+    Boxes,
     Freeze,
     AboveGround,
     Orbit,
@@ -97,7 +108,7 @@ const fn key(key: Key, command: fn() -> Command, says: &'static str) -> KeyBindi
 }
 
 /// The keys that ask for something once; those that fly are in [`FLYING`].
-pub static KEYS: [KeyBinding; 23] = [
+pub static KEYS: [KeyBinding; 27] = [
     key(Key::Tab, || Command::Flip, "both methods, the left one, the right one"),
     key(Key::M, || Command::NextMode, "next mode"),
     key(Key::Num1, || Command::Mode(Mode::Shaded), "shaded"),
@@ -105,6 +116,10 @@ pub static KEYS: [KeyBinding; 23] = [
     key(Key::Num3, || Command::Mode(Mode::Patch), "colour by patch"),
     key(Key::Num4, || Command::Mode(Mode::Error), "error in pixels"),
     key(Key::Num5, || Command::Mode(Mode::Difference), "difference of the two pictures"),
+    key(Key::Num6, || Command::Mode(Mode::Cell), "colour by cell"),
+    key(Key::Num7, || Command::Mode(Mode::Draw), "colour by draw call"),
+    key(Key::T, || Command::Stale, "mark stale patches"),
+    key(Key::B, || Command::Boxes, "a box around each patch"),
     key(Key::X, || Command::Wireframe, "wireframe"),
     key(Key::N, || Command::Normals, "normals per pixel or per vertex"),
     key(Key::F, || Command::Freeze, "freeze the level of detail, and fly on"),
@@ -148,6 +163,8 @@ impl Command {
             "flip" => Self::Flip,
             "wireframe" => Self::Wireframe,
             "normals" => Self::Normals,
+            "stale" => Self::Stale,
+            "boxes" => Self::Boxes,
             "freeze" => Self::Freeze,
             "above-ground" => Self::AboveGround,
             "orbit" => Self::Orbit,
@@ -210,7 +227,7 @@ mod tests {
         assert_eq!(Command::parse("mode error"), Ok(Command::Mode(Mode::Error)));
         assert_eq!(Command::parse("sun 90,30"), Ok(Command::Sun([90.0, 30.0])));
         let refused = |text| Command::parse(text).unwrap_err();
-        assert_eq!(refused("mode x"), "mode 'x': expected shaded, level, patch, error, difference");
+        assert_eq!(refused("mode x"), "mode 'x': expected shaded, level, patch, cell, draw, error, difference");
         assert_eq!(refused("divider 2"), "divider '2': expected a number from 0 to 1");
         assert!(refused("fly").starts_with("unknown command 'fly'"));
         assert_eq!(refused("freeze now"), "freeze: unexpected 'now'");

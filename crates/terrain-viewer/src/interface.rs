@@ -5,7 +5,7 @@ use terrain_core::View;
 use terrain_renderer::AdapterFacts;
 
 use crate::command::Command;
-use crate::map::Map;
+use crate::map::{self, Map};
 use crate::memory::Memory;
 use crate::pane::{Ground, Pane};
 use crate::state::State;
@@ -35,7 +35,8 @@ pub fn show(ui: &mut Ui, parts: &mut Interface) {
         hud::show(&context, parts);
     }
     if parts.state.open.map {
-        parts.map.show(&context, parts.state, parts.commands);
+        let Interface { map, state, panes, view, commands, .. } = parts;
+        map.show(&context, &map::Shown { state, panes, view }, commands);
     }
     if parts.state.open.help {
         help::show(&context);

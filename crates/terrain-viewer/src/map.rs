@@ -1,12 +1,14 @@
 //! The map: the DEM from above with the camera on it. A click flies there.
 
 use egui::{
-    Align2, Color32, ColorImage, Context, Image, Sense, Shape, Stroke, TextureHandle, TextureOptions, Ui, Window, vec2,
+    Align2, Color32, ColorImage, Context, Image, Painter, Pos2, Rect, Sense, Shape, Stroke, StrokeKind, TextureHandle,
+    TextureOptions, Ui, Window, vec2,
 };
-use glam::DVec3;
-use terrain_core::{Heightmap, Sample};
+use terrain_core::{Heightmap, Sample, View};
 
-use crate::command::Command;
+use crate::command::{Command, Side};
+use crate::gui::ACCENTS;
+use crate::pane::{Cells, Pane};
 use crate::state::State;
 
 /// Points of the longer side.
@@ -19,42 +21,104 @@ pub struct Map {
     /// Made when it is shown first, and with every new interface.
     texture: Option<TextureHandle>,
     extent_m: [f64; 2],
+    spacing_m: [f64; 2],
+}
+
+/// What is on the map.
+pub struct Shown<'a> {
+    pub state: &'a State,
+    pub panes: &'a [Pane; 2],
+    pub view: &'a View,
+}
+
+/// Where the map lies in the window.
+struct Place {
+    rect: Rect,
+    /// Points a metre.
+    scale: f64,
 }
 
 impl Map {
     pub fn of(heightmap: &Heightmap) -> Self {
-        Self { image: shaded_relief(heightmap), texture: None, extent_m: heightmap.extent_m() }
+        Self {
+            image: shaded_relief(heightmap),
+            texture: None,
+            extent_m: heightmap.extent_m(),
+            spacing_m: heightmap.spacing_m(),
+        }
     }
 
-    pub fn show(&mut self, context: &Context, state: &State, commands: &mut Vec<Command>) {
+    pub fn show(&mut self, context: &Context, shown: &Shown, commands: &mut Vec<Command>) {
         Window::new("map")
             .title_bar(false)
             .resizable(false)
             .anchor(Align2::RIGHT_TOP, [-12.0, 12.0])
-            .show(context, |ui| self.contents(ui, state, commands));
+            .show(context, |ui| self.contents(ui, shown, commands));
     }
 
-    fn contents(&mut self, ui: &mut Ui, state: &State, commands: &mut Vec<Command>) {
-        let Self { image, texture, extent_m: [x_m, z_m] } = self;
+    fn contents(&mut self, ui: &mut Ui, shown: &Shown, commands: &mut Vec<Command>) {
+        let Self { image, texture, extent_m: [x_m, z_m], spacing_m } = self;
         let texture =
             texture.get_or_insert_with(|| ui.ctx().load_texture("map", image.clone(), TextureOptions::LINEAR));
         let scale = f64::from(SIDE) / x_m.max(*z_m);
         let size = vec2((*x_m * scale) as f32, (*z_m * scale) as f32);
         let response = ui.add(Image::new((texture.id(), size)).sense(Sense::click()));
-        let place = |world: DVec3| response.rect.min + vec2((world.x * scale) as f32, (world.z * scale) as f32);
-        let (camera, half) = (state.rig.camera, 0.6 * state.rig.fov_y);
-        let ray = |angle: f64| place(camera.eye_world) + vec2(angle.sin() as f32, -angle.cos() as f32) * 34.0;
-        let sees = vec![place(camera.eye_world), ray(camera.heading - half), ray(camera.heading + half)];
+        let place = Place { rect: response.rect, scale };
         let painter = ui.painter_at(response.rect);
-        painter.add(Shape::convex_polygon(sees, Color32::from_white_alpha(70), Stroke::NONE));
-        painter.circle(place(camera.eye_world), 4.0, Color32::from_rgb(255, 90, 70), Stroke::new(1.5, Color32::WHITE));
+        for ((side, accent), pane) in [Side::Left, Side::Right].into_iter().zip(ACCENTS).zip(shown.panes) {
+            if let Some(cells) = pane.cells().filter(|_| shown.state.shown.includes(side)) {
+                paint_cells(&painter, &place, &cells, *spacing_m, accent);
+            }
+        }
+        paint_camera(&painter, &place, shown);
         if let Some(at) = response.interact_pointer_pos().filter(|_| response.clicked()) {
             let moved = (at - response.rect.min) / size;
-            let mut rig = state.rig.clone();
+            let mut rig = shown.state.rig.clone();
             (rig.camera.eye_world.x, rig.camera.eye_world.z) = (f64::from(moved.x) * *x_m, f64::from(moved.y) * *z_m);
             commands.push(Command::Camera(rig.link()));
         }
     }
+}
+
+impl Place {
+    fn of(&self, x_m: f64, z_m: f64) -> Pos2 {
+        self.rect.min + vec2((x_m * self.scale) as f32, (z_m * self.scale) as f32)
+    }
+}
+
+/// The cells that are kept around the eye, level by level, or all cells of a DEM in memory, where they can be told apart.
+fn paint_cells(painter: &Painter, place: &Place, cells: &Cells, spacing_m: [f64; 2], colour: Color32) {
+    let [x_m, z_m] = spacing_m.map(|spacing_m| spacing_m * f64::from(cells.side));
+    let corner = |[column, row]: [u32; 2]| place.of(f64::from(column) * x_m, f64::from(row) * z_m);
+    for [first, last] in &cells.windows {
+        let window = Rect::from_two_pos(corner(*first), corner(last.map(|at| at + 1)));
+        painter.rect(window, 0.0, colour.gamma_multiply(0.12), Stroke::new(1.0, colour), StrokeKind::Inside);
+    }
+    let step = vec2((x_m * place.scale) as f32, (z_m * place.scale) as f32);
+    if step.min_elem() >= 3.0 {
+        let stroke = Stroke::new(0.5, colour.gamma_multiply(0.5));
+        let lines = |end: f32, step: f32| (1..).map(move |i| i as f32 * step).take_while(move |at| *at < end);
+        for x in lines(place.rect.width(), step.x) {
+            painter.vline(place.rect.left() + x, place.rect.y_range(), stroke);
+        }
+        for y in lines(place.rect.height(), step.y) {
+            painter.hline(place.rect.x_range(), place.rect.top() + y, stroke);
+        }
+    }
+}
+
+/// Where it is, and what it sees.
+fn paint_camera(painter: &Painter, place: &Place, shown: &Shown) {
+    let rig = &shown.state.rig;
+    let [width, height] = shown.view.size_px.map(f64::from);
+    let half = ((0.5 * rig.fov_y).tan() * width / height).atan();
+    let eye = place.of(rig.camera.eye_world.x, rig.camera.eye_world.z);
+    let ray = |angle: f64| eye + vec2(angle.sin() as f32, -angle.cos() as f32) * 44.0;
+    let heading = rig.camera.heading;
+    let sees = vec![eye, ray(heading - half), ray(heading), ray(heading + half)];
+    let yellow = Color32::from_rgb(255, 232, 120);
+    painter.add(Shape::convex_polygon(sees, yellow.gamma_multiply(0.45), Stroke::new(1.0, yellow)));
+    painter.circle(eye, 4.0, Color32::from_rgb(255, 90, 70), Stroke::new(1.5, Color32::WHITE));
 }
 
 /// Heights by tint, slopes by light from the north-west.

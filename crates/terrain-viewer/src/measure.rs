@@ -7,7 +7,8 @@ use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-use terrain_core::{BufferSizes, FramePlan, Heightmap, Upload, View};
+use glam::DVec3;
+use terrain_core::{BufferSizes, FramePlan, Heightmap, Sample, Triangle, Upload, View};
 use terrain_lod::{ErrorFrame, Judge};
 
 /// Uploads that wait for the worker. One that falls behind by more gives up: a bound, not a setting.
@@ -24,6 +25,33 @@ pub struct Measured {
     pub drawn: Instant,
     /// As in the bench's error pass.
     pub row: ErrorFrame,
+    /// Around each patch.
+    pub boxes: Arc<[PatchBox]>,
+}
+
+/// The bounds of a patch's triangles, in metres along the world's axes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PatchBox {
+    pub low: DVec3,
+    pub high: DVec3,
+}
+
+impl PatchBox {
+    /// Metres from a point; 0 inside.
+    pub fn distance_to(&self, point: DVec3) -> f64 {
+        point.distance(point.clamp(self.low, self.high))
+    }
+
+    /// `None` for a patch without triangles.
+    fn around(triangles: &[Triangle], spacing_m: [f64; 2]) -> Option<Self> {
+        let [x_m, z_m] = spacing_m;
+        let point = |(at, height_m): (Sample, f32)| {
+            DVec3::new(f64::from(at.column) * x_m, height_m.into(), f64::from(at.row) * z_m)
+        };
+        let points = || triangles.iter().flat_map(|triangle| triangle.samples.into_iter().zip(triangle.heights_m));
+        let low = points().map(point).reduce(DVec3::min)?;
+        Some(Self { low, high: points().map(point).fold(low, DVec3::max) })
+    }
 }
 
 /// The worker and what it is told.
@@ -59,7 +87,10 @@ impl Measurer {
     pub fn start(heightmap: Arc<Heightmap>, sizes: BufferSizes, tolerance_px: f64, rests: bool) -> Self {
         let shared = Arc::<Shared>::default();
         let theirs = shared.clone();
-        let work = move || theirs.work(&mut Judge::over(&heightmap, &[tolerance_px as f32], &sizes), rests);
+        let work = move || {
+            let judge = &mut Judge::over(&heightmap, &[tolerance_px as f32], &sizes);
+            theirs.work(judge, heightmap.spacing_m(), rests);
+        };
         let worker = std::thread::Builder::new().name("measure".into()).spawn(work);
         let fault = worker.as_ref().err().map(|error| format!("cannot start the thread that measures: {error}"));
         shared.lock().fault = fault;
@@ -119,11 +150,15 @@ impl Shared {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    fn work(&self, judge: &mut Judge, rests: bool) {
+    fn work(&self, judge: &mut Judge, spacing_m: [f64; 2], rests: bool) {
         while let Some(task) = self.next() {
             let start = Instant::now();
             match judge.judge(task.frame, &task.view, &task.plan) {
-                Ok(row) => self.lock().measured = Some(Measured { frame: task.frame, drawn: task.drawn, row }),
+                Ok(row) => {
+                    let around = |triangles| PatchBox::around(triangles, spacing_m);
+                    let boxes = judge.mirror().patches().filter_map(around).collect();
+                    self.lock().measured = Some(Measured { frame: task.frame, drawn: task.drawn, row, boxes });
+                }
                 Err(fault) => {
                     self.lock().fault = Some(format!("the measurement failed: {fault}"));
                     return;

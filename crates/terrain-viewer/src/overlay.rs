@@ -13,6 +13,8 @@ use crate::interface::Interface;
 use crate::pane::Pane;
 use crate::state::{Message, Shown};
 
+/// Boxes that are drawn, the nearest first: more could not be told apart, and would cost time.
+const MOST_BOXES: usize = 400;
 /// Metres that the frozen frustum is drawn far.
 const FRUSTUM_SHARE: f64 = 0.35;
 
@@ -23,6 +25,9 @@ pub fn show(context: &Context, parts: &mut Interface) {
         let [x_m, z_m] = parts.ground.dem.heightmap.extent_m();
         paint_frustum(&painter, screen, parts.view, frozen, FRUSTUM_SHARE * x_m.max(z_m));
         pill(&painter, screen.center_top() + vec2(0.0, 44.0), Align2::CENTER_TOP, "frozen: F lets go", INK);
+    }
+    if parts.state.boxes {
+        paint_boxes(&painter, screen, parts);
     }
     if parts.state.is_split() {
         divide(context, &painter, screen, parts);
@@ -149,6 +154,37 @@ fn paint_frustum(painter: &Painter, screen: Rect, view: &View, frozen: &View, de
                 let place = |ndc: Vec2| screen.center() + ndc * screen.size() * 0.5;
                 painter.line_segment([place(a), place(b)], stroke);
             }
+        }
+    }
+}
+
+/// A box around each patch, as it was measured last, each method's in its part of the window.
+fn paint_boxes(painter: &Painter, screen: Rect, parts: &Interface) {
+    let divider = match parts.state.shown {
+        _ if !parts.state.is_split() => [screen.left(), screen.right()],
+        _ => [screen.left() + parts.state.divider as f32 * screen.width(); 2],
+    };
+    let sides = [(Side::Left, screen.left()..=divider[1]), (Side::Right, divider[0]..=screen.right())];
+    for ((side, columns), (pane, accent)) in sides.into_iter().zip(parts.panes.iter().zip(ACCENTS)) {
+        let (true, Some(Ok(measured))) = (parts.state.shown.includes(side), pane.measured()) else { continue };
+        let painter = painter.with_clip_rect(Rect::from_x_y_ranges(columns, screen.y_range()));
+        let eye = parts.view.eye_world;
+        let mut boxes = measured.boxes.to_vec();
+        boxes.sort_by(|a, b| a.distance_to(eye).total_cmp(&b.distance_to(eye)));
+        for (low, high) in boxes.iter().take(MOST_BOXES).map(|found| (found.low, found.high)) {
+            paint_box(&painter, screen, parts.view, [low, high], Stroke::new(1.0, accent));
+        }
+    }
+}
+
+fn paint_box(painter: &Painter, screen: Rect, view: &View, ends: [DVec3; 2], stroke: Stroke) {
+    let corner = |bits: usize| DVec3::new(ends[bits & 1].x, ends[bits >> 1 & 1].y, ends[bits >> 2].z);
+    // Each of the 12 edges leads to the corner with one bit more.
+    for (from, axis) in (0..8).flat_map(|from| [1, 2, 4].map(|axis| (from, axis))) {
+        if from & axis == 0
+            && let Some(segment) = on_screen(&view.clip_from_world, corner(from), corner(from | axis))
+        {
+            painter.line_segment(segment.map(|ndc| screen.center() + ndc * screen.size() * 0.5), stroke);
         }
     }
 }

@@ -54,6 +54,14 @@ struct Drawn {
     counts: Counts,
 }
 
+/// The cells that a method loads, for the map.
+pub struct Cells {
+    /// Sample intervals along a cell.
+    pub side: u32,
+    /// By level, the finest first: first and last cell of what is kept of it around the eye. Empty for a DEM in memory.
+    pub windows: Vec<[[u32; 2]; 2]>,
+}
+
 /// What the HUD shows of the last frame, all of it counted by the bench's code.
 #[derive(Clone, Debug, Default)]
 pub struct Counts {
@@ -94,6 +102,20 @@ impl Pane {
 
     pub fn counts(&self) -> Option<&Counts> {
         self.drawn.as_ref().map(|drawn| &drawn.counts)
+    }
+
+    /// `None` where the method has no cells.
+    pub fn cells(&self) -> Option<Cells> {
+        let drawn = self.drawn.as_ref()?;
+        let sizes = drawn.method.buffers();
+        let windows = sizes.heights.iter().flat_map(|tiles| {
+            let sides = &tiles.windows[..tiles.coarse_level as usize];
+            sides
+                .iter()
+                .zip(drawn.plan.streaming.first_cells)
+                .map(|(side, first)| [first, first.map(|at| at + side - 1)])
+        });
+        Some(Cells { side: sizes.cell_side?, windows: windows.collect() })
     }
 
     pub fn measured(&self) -> Option<Result<Measured, String>> {

@@ -66,7 +66,8 @@ fn settings(ui: &mut Ui, run: &mut Run) {
         MethodName::Decimated => {
             ui.add(Slider::new(&mut run.settings.step, 1..=32).text("step"));
         }
-        MethodName::FullGrid | MethodName::Rqt | MethodName::Geomipmap | MethodName::Greedy => {}
+        MethodName::Greedy => distance(ui, &mut run.settings.distance_m),
+        MethodName::FullGrid | MethodName::Rqt | MethodName::Geomipmap => {}
     }
 }
 
@@ -77,9 +78,13 @@ fn tin(ui: &mut Ui, settings: &mut Settings) {
             ui.selectable_value(&mut settings.patch, side, side.to_string());
         }
     });
+    optional_number(ui, "largest spacing", &mut settings.max_spacing, settings.patch / 2, 1..=settings.patch);
+    optional_number(ui, "largest group", &mut settings.group, 1, 1..=64 / settings.patch.min(64));
     if settings.selector == SelectorName::Algorithm1 {
         choice(ui, "triangulator", &mut settings.triangulator);
         choice(ui, "edges", &mut settings.edge_policy);
+        optional_number(ui, "jitter, seed", &mut settings.jitter, 1, 0..=9999);
+        ui.checkbox(&mut settings.smoothing, "smooth heights");
     } else {
         // The bounded selector knows these alone.
         (settings.triangulator, settings.edge_policy) = (TriangulatorName::Grid, EdgePolicyName::Matched);
@@ -113,6 +118,18 @@ fn htp(ui: &mut Ui, run: &mut Run) {
     } else {
         settings.geomorph = false;
     }
+}
+
+/// From the camera to where the tolerance counts.
+fn distance(ui: &mut Ui, metres: &mut Option<f64>) {
+    ui.horizontal(|ui| {
+        let mut is_set = metres.is_some();
+        ui.checkbox(&mut is_set, "at a distance of");
+        *metres = is_set.then(|| metres.unwrap_or(1000.0));
+        if let Some(metres) = metres {
+            ui.add(DragValue::new(metres).range(1.0..=1e6).speed(10.0).suffix(" m"));
+        }
+    });
 }
 
 fn row(ui: &mut Ui, name: &str, add: impl FnOnce(&mut Ui)) {
@@ -182,6 +199,8 @@ fn look(ui: &mut Ui, state: &State, commands: &mut Vec<Command>) {
     ui.horizontal_wrapped(|ui| {
         toggle(ui, commands, state.wireframe, "wireframe", Command::Wireframe);
         toggle(ui, commands, state.normals == Normals::PerVertex, "normals per vertex", Command::Normals);
+        toggle(ui, commands, state.mark_stale, "mark stale", Command::Stale);
+        toggle(ui, commands, state.boxes, "boxes", Command::Boxes);
         toggle(ui, commands, state.frozen.is_some(), "freeze", Command::Freeze);
         toggle(ui, commands, state.rig.above_ground, "above ground", Command::AboveGround);
         toggle(ui, commands, state.rig.orbit.is_some(), "orbit", Command::Orbit);

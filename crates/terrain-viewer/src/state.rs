@@ -69,6 +69,8 @@ pub struct State {
     pub mode: Mode,
     pub wireframe: bool,
     pub normals: Normals,
+    pub mark_stale: bool,
+    pub boxes: bool,
     /// Pixels that are red in mode error.
     pub error_scale_px: f64,
     /// Heading and height above the horizon.
@@ -94,6 +96,8 @@ impl State {
             mode: Mode::Shaded,
             wireframe: false,
             normals: Normals::PerPixel,
+            mark_stale: false,
+            boxes: false,
             error_scale_px: 2.0,
             sun_deg: [310.0, 35.0],
             exaggeration: 1.0,
@@ -130,10 +134,13 @@ impl State {
                 Mode::Shaded | Mode::Difference => Colour::Shaded,
                 Mode::Level => Colour::ByLevel,
                 Mode::Patch => Colour::ByPatch,
+                Mode::Cell => Colour::ByCell,
+                Mode::Draw => Colour::ByDraw,
                 Mode::Error => Colour::ByError,
             },
             normals: self.normals,
             wireframe: self.wireframe,
+            mark_stale: self.mark_stale,
             error_scale_px: self.error_scale_px as f32,
             to_sun: to_sun.map(|x| x as f32),
             ..Look::default()

@@ -140,7 +140,8 @@ fn what_the_user_gets_wrong_is_said_in_the_window() {
 #[test]
 fn every_mode_every_panel_and_every_method_is_drawn() {
     let mut script = String::from("do help\nscreenshot help.png\ndo help\nkey X\nkey N\n");
-    for mode in ["shaded", "level", "patch", "error", "difference"] {
+    let modes = ["shaded", "level", "patch", "cell", "draw", "error", "difference"];
+    for mode in modes {
         script += &format!("do mode {mode}\nwait converged\nscreenshot {mode}.png\n");
     }
     let methods = ["htp", "rqt", "geomipmap", "greedy", "decimated", "htp-instanced window_mib=4 layers=3"];
@@ -149,8 +150,8 @@ fn every_mode_every_panel_and_every_method_is_drawn() {
     }
     script += "do submission multi\nwait converged\nnumbers multi.toml\ndo exaggeration 2\nwait converged\nnumbers high.toml\n";
     let Some(stage) = Stage::run(&script, &[]) else { return };
-    let pictures =
-        ["help", "shaded", "level", "patch", "error", "difference"].map(|name| stage.picture(&format!("{name}.png")));
+    let names = ["help"].into_iter().chain(modes);
+    let pictures: Vec<_> = names.map(|name| stage.picture(&format!("{name}.png"))).collect();
     for (i, picture) in pictures.iter().enumerate() {
         assert!(colours(picture) > 300, "picture {i} is blank");
         assert!(pictures[..i].iter().all(|other| other != picture), "picture {i} is like another");
@@ -161,10 +162,70 @@ fn every_mode_every_panel_and_every_method_is_drawn() {
         assert_eq!(right["method"].as_str().unwrap(), method.split(' ').next().unwrap());
         assert!(right["triangles"].as_integer().unwrap() > 100 && right["cracks"].as_integer() == Some(0), "{method}");
     }
-    let calls = |name: &str| stage.numbers(name)["left"]["draw_calls"].as_integer().unwrap();
+    let count = |name: &str, of: &str| stage.numbers(name)["left"][of].as_integer().unwrap();
+    let calls = |name: &str| count(name, "draw_calls");
+    assert_eq!(calls("5.toml"), 2 * count("5.toml", "draws"), "the wireframe's are calls too");
     assert!(calls("multi.toml") <= 2 || calls("multi.toml") == calls("5.toml"), "one call, or no multi-draw here");
     let error = |name: &str| stage.numbers(name)["left"]["cracks"].as_integer();
     assert_eq!(error("high.toml"), Some(0));
+}
+
+/// Pixels of a window's part that are of a method's accent: boxes and cells are drawn in it.
+fn accented(picture: &RgbaImage, [r, g, b]: [u8; 3], columns: std::ops::Range<u32>) -> usize {
+    let is_near = |pixel: &image::Rgba<u8>| (0..3).all(|i| pixel.0[i].abs_diff([r, g, b][i]) < 40);
+    let pixels = picture.enumerate_pixels().filter(|(x, y, _)| columns.contains(x) && *y > 150);
+    pixels.filter(|(_, _, pixel)| is_near(pixel)).count()
+}
+
+#[test]
+fn each_methods_boxes_are_in_its_part_of_the_window() {
+    let script = format!(
+        "{BARE}do left tin schedule=blocking tolerance_px=4\ndo right htp-instanced tolerance_px=4\nwait converged\n\
+         screenshot none.png\nkey B\nwait 1\nscreenshot boxes.png\n"
+    );
+    let Some(stage) = Stage::run(&script, &[]) else { return };
+    let [none, boxes] = ["none", "boxes"].map(|name| stage.picture(&format!("{name}.png")));
+    for (accent, own, other) in [([255, 176, 84], 0..226, 254..480), ([110, 196, 255], 254..480, 0..226)] {
+        let grown = |columns: std::ops::Range<u32>| {
+            accented(&boxes, accent, columns.clone()).saturating_sub(accented(&none, accent, columns))
+        };
+        assert!(grown(own.clone()) > 100, "{accent:?}: {}", grown(own));
+        assert_eq!(grown(other), 0, "{accent:?}");
+    }
+}
+
+/// While a live method catches up after a jump, what it still draws for the view before is striped.
+#[test]
+fn stale_patches_are_striped_until_they_are_updated() {
+    let script = "do panel\ndo hud\ndo map\ndo stale\ndo left tin schedule=live tolerance_px=0.25\nkey Tab\nwait converged\n\
+                  screenshot before.png\ndo camera 3000,1500,3000,40,-30,60\nnumbers jumped.toml\nscreenshot jumped.png\n\
+                  wait converged\nscreenshot after.png\nnumbers after.toml\n";
+    let Some(stage) = Stage::run(script, &[]) else { return };
+    let striped = |name: &str| {
+        let is_magenta = |pixel: &&image::Rgba<u8>| pixel.0[0] > pixel.0[1] + 90 && pixel.0[2] > pixel.0[1] + 60;
+        stage.picture(name).pixels().filter(is_magenta).count()
+    };
+    let stale = |name: &str| stage.numbers(name)["left"]["stale_patches"].as_integer().unwrap();
+    assert_eq!((striped("before.png"), striped("after.png"), stale("after.toml")), (0, 0, 0));
+    // The worker may have been faster than the frame.
+    assert_eq!(stale("jumped.toml") > 0, striped("jumped.png") > 0, "{} stale", stale("jumped.toml"));
+}
+
+#[test]
+fn the_map_shows_the_camera_and_the_cells_that_are_loaded() {
+    let script = "do panel\ndo hud\ndo left full-grid\ndo right htp-instanced window_mib=4 layers=3 tolerance_px=4\n\
+                  key Tab\nwait converged\nscreenshot none.png\nkey Tab\nwait 1\nscreenshot cells.png\n";
+    let Some(stage) = Stage::run(script, &[]) else { return };
+    let on_map = |name: &str, is: &dyn Fn([u8; 3]) -> bool| {
+        let picture = stage.picture(name);
+        let pixels = picture.enumerate_pixels().filter(|(x, y, _)| *x > SIZE[0] - 190 && *y < 170);
+        pixels.filter(|(_, _, pixel)| is([pixel.0[0], pixel.0[1], pixel.0[2]])).count()
+    };
+    let yellow = |[r, g, b]: [u8; 3]| r > 215 && g > 195 && b < 160;
+    assert!(on_map("none.png", &yellow) > 40, "what the camera sees: {}", on_map("none.png", &yellow));
+    let blue = |[r, g, b]: [u8; 3]| b > 225 && g > 170 && r < 150;
+    assert_eq!(on_map("none.png", &blue), 0, "the full grid has no cells");
+    assert!(on_map("cells.png", &blue) > 60, "{}", on_map("cells.png", &blue));
 }
 
 #[test]
