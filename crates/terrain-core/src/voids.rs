@@ -116,13 +116,22 @@ impl VoidQuads {
     /// Whether a triangle lies in voids: each quad of which it covers a part is void. One that covers a part of any other
     /// quad does not, however little.
     pub fn contain(&self, triangle: &Triangle) -> bool {
+        Self::covered_by(triangle).all(|[column, row]| self.is_void(column, row))
+    }
+
+    /// Whether a triangle covers a part of any void quad.
+    pub fn reach_into(&self, triangle: &Triangle) -> bool {
+        Self::covered_by(triangle).any(|[column, row]| self.is_void(column, row))
+    }
+
+    /// The quads of which a triangle covers a part, row by row, as `[column, row]`.
+    pub fn covered_by(triangle: &Triangle) -> impl Iterator<Item = [u32; 2]> {
         let [columns, rows] = [|s: Sample| s.column, |s: Sample| s.row].map(|axis| {
             let [a, b, c] = triangle.samples.map(axis);
             a.min(b).min(c)..a.max(b).max(c)
         });
-        rows.into_iter().all(|row| {
-            columns.clone().all(|column| self.is_void(column, row) || !covers_part_of(triangle, [column, row]))
-        })
+        let quads = rows.flat_map(move |row| columns.clone().map(move |column| [column, row]));
+        quads.filter(move |quad| covers_part_of(triangle, *quad))
     }
 }
 
@@ -237,6 +246,7 @@ mod tests {
                 let area = 0.5 * triangle.doubled_area().abs() as f64;
                 assert!((in_voids + beside - area).abs() < 1e-9);
                 assert_eq!(quads.contain(&triangle), beside < 1e-9, "seed {seed}: {triangle:?}");
+                assert_eq!(quads.reach_into(&triangle), in_voids >= 1e-9, "seed {seed}: {triangle:?}");
                 contained += (beside < 1e-9) as u32;
                 straddling += (beside >= 1e-9 && in_voids >= 1e-9) as u32;
             }

@@ -212,7 +212,7 @@ pub struct BenchArgs {
     ///
     /// A suite file has the names of the flags as keys (tolerance_px, leg_px and distance_m with their units), lists where
     /// flags take lists and for group, blocks, layers, geomorph, edge_policy, index_store and threads; dem,
-    /// crop, thin, spacing_m, scale and offset_m; and tables. With `[[benches]]`, each a name and the keys in which it differs
+    /// crop, thin, voids, spacing_m, scale and offset_m; and tables. With `[[benches]]`, each a name and the keys in which it differs
     /// from the top of the file, it is several benches: each has its folder in the results, and the tables at the top are
     /// over all of them.
     #[arg(long, value_name = "NAME", default_value = "quick", verbatim_doc_comment)]

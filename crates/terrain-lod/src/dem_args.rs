@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use clap::{Args, Subcommand, ValueEnum};
+use serde::{Deserialize, Serialize};
 use terrain_core::Heightmap;
 use terrain_dem::synthetic::Kind;
 use terrain_dem::{ColourCode, Crop, HeightUnit, RawLayout, ReadOptions, VoidPolicy};
@@ -128,7 +129,8 @@ impl From<UnitName> for HeightUnit {
 }
 
 /// What becomes of voids.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum VoidsName {
     /// Left open: not drawn, measured or exported
     Hole,

@@ -60,6 +60,7 @@ mod summary_file;
 mod synth;
 mod table;
 mod tables;
+mod void_cut;
 
 use std::ffi::OsString;
 use std::process::ExitCode;

@@ -1,7 +1,9 @@
 //! `mesh`: what one frame draws, with nothing culled, as a file for other programs.
 
+use std::collections::HashMap;
+
 use serde::Serialize;
-use terrain_core::{FramePlan, Heightmap, MeshMirror, Triangle, VoidQuads};
+use terrain_core::{FramePlan, Heightmap, MeshMirror, Triangle};
 use terrain_dem::{Mesh, MeshFormat, write_atomically};
 
 use crate::cli::MeshArgs;
@@ -11,6 +13,7 @@ use crate::progress::Progress;
 use crate::read_failures::ReadFailures;
 use crate::results::probe_parent;
 use crate::suite::{Bench, Suite, override_with};
+use crate::void_cut::{Cut, Place, along_voids};
 
 /// The line on stdout: the camera that the mesh is made for, and the size of the mesh.
 #[derive(Serialize)]
@@ -27,6 +30,8 @@ struct MeshLine {
     vertices: usize,
     /// Triangles that lie in voids.
     left_out: usize,
+    /// Triangles of which a part lies in voids, and that are there as their other parts.
+    cut: usize,
 }
 
 pub fn run(args: &MeshArgs) -> Result<(), Fault> {
@@ -40,16 +45,16 @@ pub fn run(args: &MeshArgs) -> Result<(), Fault> {
     let mut bench = Bench::new("mesh", suite(args), args.dem.read_options())?;
     probe_parent(&args.out)?;
     bench.prepare(args.settings.keep_maps, true)?;
-    let mut triangles = replay(&bench, args.frame)?;
-    let left_out = leave_out_voids(&bench.dem.heightmap, &mut triangles);
-    if triangles.is_empty() {
+    let cut = along_voids(&bench.dem.heightmap, replay(&bench, args.frame)?);
+    let left_out = cut.left_out;
+    if cut.whole.is_empty() && cut.parts.is_empty() {
         let message = format!(
             "{}: all {left_out} triangles lie in voids; expected some elsewhere, or --voids fill",
             bench.dem.name
         );
         return Err(Fault::new(Cause::BadInput, message));
     }
-    let mesh = share_vertices(&bench.dem.heightmap, &triangles);
+    let mesh = share_vertices(&bench.dem.heightmap, &cut);
     write_atomically(&args.out, |file| format.write(file, &mesh)).map_err(|e| Fault::write(&args.out, e))?;
     let view = bench.view(args.frame)?;
     let line = MeshLine {
@@ -61,6 +66,7 @@ pub fn run(args: &MeshArgs) -> Result<(), Fault> {
         triangles: mesh.triangles.len(),
         vertices: mesh.positions_m.len(),
         left_out,
+        cut: cut.cut,
     };
     print(&(serde_json::to_string(&line).expect("numbers become JSON") + "\n"))
 }
@@ -103,32 +109,45 @@ fn replay(bench: &Bench, last: u32) -> Result<Vec<Triangle>, Fault> {
     Ok(mirror.triangles().to_vec())
 }
 
-/// Takes the triangles away that cover nothing but void quads; the number of them. A triangle that covers some ground stays
-/// as it is, so no ground is lost, and over voids the mesh reaches as far as its triangles do.
-fn leave_out_voids(heightmap: &Heightmap, triangles: &mut Vec<Triangle>) -> usize {
-    let (Some(voids), all) = (heightmap.voids(), triangles.len()) else { return 0 };
-    let quads = VoidQuads::of(voids);
-    triangles.retain(|triangle| !quads.contain(triangle));
-    all - triangles.len()
+/// The places in use, each once, and the triangles over them. A place between samples has the normal of the nearest one.
+fn share_vertices(heightmap: &Heightmap, cut: &Cut) -> Mesh {
+    let mut shared = Shared::new(heightmap);
+    let whole = cut.whole.iter().map(|triangle| (triangle.samples.map(Place::from), triangle.heights_m));
+    let parts = cut.parts.iter().map(|part| (part.corners, part.heights_m));
+    for (corners, heights_m) in whole.chain(parts) {
+        let corner = |at: usize| shared.vertex(corners[at], heights_m[at]);
+        let triangle = [0, 1, 2].map(corner);
+        shared.mesh.triangles.push(triangle);
+    }
+    shared.mesh
 }
 
-/// The samples in use, each once, and the triangles over them.
-fn share_vertices(heightmap: &Heightmap, triangles: &[Triangle]) -> Mesh {
-    let mut vertex_of = vec![u32::MAX; heightmap.heights_m().len()];
-    let mut mesh = Mesh::default();
-    for triangle in triangles {
-        let mut corner = 0;
-        mesh.triangles.push(triangle.samples.map(|sample| {
-            let vertex = &mut vertex_of[heightmap.index(sample) as usize];
-            if *vertex == u32::MAX {
-                *vertex = mesh.positions_m.len() as u32;
-                let [x, _, z] = heightmap.world(sample);
-                mesh.positions_m.push([x as f32, triangle.heights_m[corner], z as f32]);
-                mesh.normals.push(heightmap.normal(sample));
-            }
-            corner += 1;
-            *vertex
-        }));
+/// A mesh that grows, and where its vertices are.
+struct Shared<'a> {
+    heightmap: &'a Heightmap,
+    mesh: Mesh,
+    /// Of each sample; `u32::MAX` where there is none.
+    at_samples: Vec<u32>,
+    between: HashMap<Place, u32>,
+}
+
+impl<'a> Shared<'a> {
+    fn new(heightmap: &'a Heightmap) -> Self {
+        let at_samples = vec![u32::MAX; heightmap.heights_m().len()];
+        Self { heightmap, mesh: Mesh::default(), at_samples, between: HashMap::new() }
     }
-    mesh
+
+    fn vertex(&mut self, place: Place, height_m: f32) -> u32 {
+        let vertex = match place.sample() {
+            Some(sample) => &mut self.at_samples[self.heightmap.index(sample) as usize],
+            None => self.between.entry(place).or_insert(u32::MAX),
+        };
+        if *vertex == u32::MAX {
+            *vertex = self.mesh.positions_m.len() as u32;
+            let ([x, z], spacing_m) = (place.at(), self.heightmap.spacing_m());
+            self.mesh.positions_m.push([(x * spacing_m[0]) as f32, height_m, (z * spacing_m[1]) as f32]);
+            self.mesh.normals.push(self.heightmap.normal(place.nearest()));
+        }
+        *vertex
+    }
 }

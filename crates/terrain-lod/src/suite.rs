@@ -16,6 +16,7 @@ use crate::choices::{
     BatchingName, EdgePolicyName, IndexStoreName, LoadingName, MetricName, ScheduleName, SelectorName, TriangulatorName,
 };
 use crate::cli::{BenchArgs, MethodArgs, NormalsName, SubmissionName};
+use crate::dem_args::VoidsName;
 use crate::equal_error::EqualError;
 use crate::figures::Figure;
 use crate::flight_curves::FlightCurves;
@@ -58,6 +59,8 @@ pub struct Suite {
     pub crop: Option<String>,
     /// As `--thin`; likewise.
     pub thin: Option<u32>,
+    /// As `--voids`; likewise.
+    pub voids: Option<VoidsName>,
     /// As `--spacing`, in x and z. This and the two that follow are about the suite's own DEM and not that of `--dem`.
     pub spacing_m: Option<[f64; 2]>,
     /// As `--scale`.
@@ -164,6 +167,7 @@ impl Default for Suite {
             stand_in: None,
             crop: None,
             thin: None,
+            voids: None,
             spacing_m: None,
             scale: None,
             offset_m: None,
@@ -246,6 +250,7 @@ impl Suite {
         suite.until_ci = args.until_ci.or(suite.until_ci);
         suite.aa |= args.aa;
         suite.frames = args.frames.or(suite.frames);
+        suite.voids = args.dem.read.voids.or(suite.voids);
         suite.tolerance_px = without_repeats(&suite.tolerance_px);
         suite.override_settings(&args.method);
     }

@@ -2,7 +2,7 @@
 
 use std::ops::RangeInclusive;
 
-use terrain_dem::{Crop, ReadOptions};
+use terrain_dem::{Crop, ReadOptions, VoidPolicy};
 
 use super::{FRAMES, PIXELS, REPEATS, SHARES, SIDE_PX, STEPS, Suite, THREADS};
 use crate::equal_error::EqualError;
@@ -22,6 +22,7 @@ impl Suite {
             spacing_m: flags.spacing_m.or(self.spacing_m),
             scale: flags.scale.or(self.scale),
             offset_m: flags.offset_m.or(self.offset_m),
+            voids: self.voids.map_or(flags.voids, VoidPolicy::from),
             ..flags
         })
     }

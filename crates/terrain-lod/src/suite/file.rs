@@ -270,9 +270,10 @@ mod tests {
     /// Files with random damage are refused in one line, or are suites.
     #[test]
     fn damaged_suites_neither_panic_nor_break_the_line() {
+        let rounds = std::env::var("TERRAIN_MUTANTS").map_or(1000, |rounds| rounds.parse().unwrap());
         let mut refused = 0;
         for (name, text) in BUILT_IN {
-            for seed in 0..1000 {
+            for seed in 0..rounds {
                 let bytes = terrain_core::damage::damage(text.as_bytes(), &mut terrain_core::SplitMix64::new(seed));
                 let text = String::from_utf8_lossy(&bytes);
                 let suite: Result<Suite, _> = SourceText { name, text: &text }.parse();

@@ -1,5 +1,7 @@
 //! Elevation files of other formats than PNG: what is said of them, and that methods fly over them.
 
+use std::path::Path;
+
 use terrain_dem::{ColourCode, ReadOptions};
 
 use crate::program::{bench, shared_dem, terrain_lod};
@@ -42,14 +44,46 @@ fn info_says_what_a_file_holds_and_what_is_wrong_with_it() {
     assert_eq!(refused.status.code(), Some(4));
 }
 
+const METHODS: &str = "tin,htp,htp-instanced,rqt,geomipmap,greedy,decimated,full-grid";
+
+/// The DEMs beside the project. Whole and in more frames they take minutes: `bench --no-gpu --dem FILE --methods ... --frames 3`.
+const REAL: [&str; 8] = [
+    "bigtujunga.tif",
+    "N44W122.hgt",
+    "ps_1025.png",
+    "deathvalley_2049_80m.png",
+    "ps_257_crop_rainier.png",
+    "ps_513_crop_rainier.png",
+    "sthelens_30m_257.png",
+    "sthelens_30m_native.png",
+];
+
+/// What a `.json` beside a PNG says of it, as flags.
+fn flags_of(dem: &Path) -> Vec<String> {
+    let Ok(text) = std::fs::read_to_string(dem.with_extension("json")) else { return Vec::new() };
+    let facts: serde_json::Value = serde_json::from_str(&text).unwrap();
+    let [x, z, scale, offset] =
+        ["metres_per_sample_x", "metres_per_sample_y", "scale", "offset"].map(|key| &facts[key]);
+    vec![format!("--spacing={x},{z}"), format!("--scale={scale}"), format!("--offset={offset}")]
+}
+
 #[test]
-fn real_files_fly_without_a_crack() {
-    for name in ["bigtujunga.tif", "N44W122.hgt"] {
-        let Some(path) = shared_dem(name) else { continue };
-        let rows = bench(&["--dem", path.to_str().unwrap(), "--frames", "3"]);
-        assert!(rows.len() >= 3, "{name}");
+fn every_method_flies_over_every_real_dem_without_a_crack() {
+    for path in REAL.into_iter().filter_map(shared_dem) {
+        let flags = flags_of(&path);
+        let flags: Vec<&str> = flags.iter().map(String::as_str).collect();
+        let fixed = ["--dem", path.to_str().unwrap(), "--crop", "249x249", "--methods", METHODS, "--frames", "2"];
+        let rows = bench(&[&fixed[..], &["--selector", "algorithm1,bounded", "--flight", "turn"], &flags].concat());
+        assert_eq!(rows.len(), 11, "{}", path.display());
         for row in rows {
-            assert_eq!(row["cracks"], "0", "{name}: {}", row["method"]);
+            let number = |key: &str| row[key].parse::<f64>().unwrap();
+            let run = format!("{}: {}", path.display(), row["run"]);
+            assert_eq!(row["cracks"], "0", "{run}");
+            let has_bound =
+                ["tin-bounded", "htp-instanced", "rqt", "geomipmap"].iter().any(|name| row["run"].starts_with(name));
+            assert!(!has_bound || number("error_px_max") <= number("tolerance_px"), "{run}");
+            assert!(row["method"] != "full-grid" || number("error_px_max") == 0.0, "{run}");
+            assert!(number("error_px_rms") < 20.0 && number("samples_mean") > 0.0, "{run}");
         }
     }
 }

@@ -1,5 +1,6 @@
 //! `--voids`: what is measured, exported and recorded of a DEM with a hole.
 
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 use crate::mesh::read_ply;
@@ -68,6 +69,24 @@ fn every_method_flies_over_a_hole_that_is_not_measured() {
     }
 }
 
+/// A suite says what becomes of the voids of its DEM, and the flag says it louder.
+#[test]
+fn suites_have_a_policy_for_voids() {
+    let place = tempfile::tempdir().unwrap();
+    write_grid(place.path());
+    let suite = "dem = \"hole.asc\"\nvoids = \"fill\"\nmethods = [\"full-grid\"]\nframes = 1\nflight = \"fly-over\"\n";
+    std::fs::write(place.path().join("filled.toml"), suite).unwrap();
+    let fly = |flags: &[&str]| {
+        let output = terrain_lod(place.path(), &[&["bench", "--no-gpu", "--suite", "filled.toml"], flags].concat());
+        (output.status.code(), String::from_utf8(output.stderr).unwrap())
+    };
+    let (code, said) = fly(&["--out", "a"]);
+    assert!(code == Some(0) && said.contains("are voids: filled from their rim"), "{said}");
+    let (code, said) = fly(&["--out", "b", "--voids", "hole"]);
+    assert!(code == Some(0) && said.contains("are voids: left open"), "{said}");
+    assert_eq!(fly(&["--out", "c", "--voids", "error"]).0, Some(4));
+}
+
 /// SRTM with 392 voids in the shade of peaks.
 #[test]
 fn every_method_flies_over_a_real_tile_with_voids() {
@@ -85,7 +104,7 @@ fn every_method_flies_over_a_real_tile_with_voids() {
 }
 
 #[test]
-fn exported_meshes_leave_out_the_triangles_that_lie_in_voids() {
+fn exported_meshes_end_at_the_sides_of_void_quads() {
     let place = tempfile::tempdir().unwrap();
     write_grid(place.path());
     for method in METHODS.split(',') {
@@ -99,25 +118,36 @@ fn exported_meshes_leave_out_the_triangles_that_lie_in_voids() {
         let (open, (vertices, triangles)) = export("hole");
         let (filled, (_, all)) = export("fill");
         let count = |line: &serde_json::Value, name: &str| line[name].as_u64().unwrap() as usize;
-        assert_eq!((count(&open, "triangles"), count(&filled, "left_out")), (triangles.len(), 0), "{method}");
-        assert_eq!(triangles.len() + count(&open, "left_out"), all.len(), "{method}");
-        assert!(triangles.len() < all.len(), "{method}: the hole has room for some");
+        assert_eq!([count(&filled, "left_out"), count(&filled, "cut")], [0, 0], "{method}");
+        assert!(count(&open, "left_out") > 0, "{method}: the hole has room for some");
         if method == "full-grid" {
             // 10 x 8 quads have a void at a corner.
-            assert_eq!((count(&open, "left_out"), all.len()), (2 * 10 * 8, 2 * 32 * 24));
+            assert_eq!((count(&open, "left_out"), count(&open, "cut"), all.len()), (2 * 10 * 8, 0, 2 * 32 * 24));
+            assert_eq!(triangles.len(), all.len() - 2 * 10 * 8);
         }
         let corners: Vec<_> = triangles.iter().map(|t| t.map(|i| vertices[i as usize])).collect();
         for (column, row) in (0..SIZE[1] - 1).flat_map(|row| (0..SIZE[0] - 1).map(move |column| (column, row))) {
             // Both halves of a quad, whichever way it is cut.
-            let points = [[0.2, 0.6], [0.6, 0.2], [0.4, 0.8], [0.8, 0.4]];
+            let points = [[0.2, 0.61], [0.62, 0.2], [0.4, 0.83], [0.84, 0.4]];
             let points = points.map(|[x, z]| [30.0 * (column as f32 + x), 30.0 * (row as f32 + z)]);
             let is_covered = points.map(|point| corners.iter().any(|corners| is_inside(corners, point)));
-            if !is_void_quad(column, row) {
-                assert_eq!(is_covered, [true; 4], "{method}: ground is missing in quad {column}, {row}");
-            } else if method == "full-grid" {
-                assert_eq!(is_covered, [false; 4], "{method}: quad {column}, {row}");
-            }
+            assert_eq!(is_covered, [!is_void_quad(column, row); 4], "{method}: quad {column}, {row}");
         }
+        assert_is_watertight(&triangles, &vertices, method);
+    }
+}
+
+/// Each side but those around the DEM and the hole has its twin.
+fn assert_is_watertight(triangles: &[[u32; 3]], vertices: &[[f32; 3]], method: &str) {
+    let directed = |t: &[u32; 3]| [[t[0], t[1]], [t[1], t[2]], [t[2], t[0]]];
+    let sides: BTreeSet<[u32; 2]> = triangles.iter().flat_map(directed).collect();
+    assert_eq!(sides.len(), 3 * triangles.len(), "{method}: no side twice");
+    for [from, to] in sides.iter().filter(|[from, to]| !sides.contains(&[*to, *from])) {
+        let [a, b] = [from, to].map(|vertex| vertices[*vertex as usize]);
+        let both = |axis: usize, intervals: i32| [a, b].iter().all(|at| at[axis] == 30.0 * intervals as f32);
+        let is_outline = both(0, 0) || both(0, SIZE[0] - 1) || both(2, 0) || both(2, SIZE[1] - 1);
+        let is_rim = both(0, 11) || both(0, 21) || both(2, 8) || both(2, 16);
+        assert!(is_outline || is_rim, "{method}: {a:?} to {b:?}");
     }
 }
 
