@@ -202,7 +202,10 @@ fn stale_patches_are_striped_until_they_are_updated() {
                   wait converged\nscreenshot after.png\nnumbers after.toml\n";
     let Some(stage) = Stage::run(script, &[]) else { return };
     let striped = |name: &str| {
-        let is_magenta = |pixel: &&image::Rgba<u8>| pixel.0[0] > pixel.0[1] + 90 && pixel.0[2] > pixel.0[1] + 60;
+        let is_magenta = |pixel: &&image::Rgba<u8>| {
+            let [r, g, b] = [0, 1, 2].map(|i| i32::from(pixel.0[i]));
+            r > g + 90 && b > g + 60
+        };
         stage.picture(name).pixels().filter(is_magenta).count()
     };
     let stale = |name: &str| stage.numbers(name)["left"]["stale_patches"].as_integer().unwrap();
