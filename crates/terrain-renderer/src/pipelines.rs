@@ -66,7 +66,8 @@ impl Pipelines {
     }
 }
 
-/// Group 0 of the shader: uniforms, heights, normals, the sampler of the normals, the number of the draw, and the void quads where there are any.
+/// Group 0 of the shader: uniforms, heights, normals, the sampler of the normals, the number of the draw, and the void quads
+/// where there are any.
 pub(crate) fn binding_layout(device: &wgpu::Device, scene: &Scene) -> wgpu::BindGroupLayout {
     let entry = |binding, visibility, ty| wgpu::BindGroupLayoutEntry { binding, visibility, ty, count: None };
     let texture = |sample_type| wgpu::BindingType::Texture {
@@ -90,8 +91,8 @@ pub(crate) fn binding_layout(device: &wgpu::Device, scene: &Scene) -> wgpu::Bind
         entry(1, ShaderStages::VERTEX_FRAGMENT, float(false)),
         entry(2, ShaderStages::VERTEX_FRAGMENT, float(true)),
         entry(3, ShaderStages::FRAGMENT, wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering)),
+        entry(5, ShaderStages::FRAGMENT, draw_numbers),
     ];
-    entries.push(entry(5, ShaderStages::FRAGMENT, draw_numbers));
     let void_quads = || entry(4, ShaderStages::FRAGMENT, texture(wgpu::TextureSampleType::Uint));
     entries.extend(scene.void_quads().map(|_| void_quads()));
     device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: Some("terrain"), entries: &entries })
@@ -116,8 +117,8 @@ pub(crate) fn bindings(
         entry(1, wgpu::BindingResource::TextureView(scene.heights())),
         entry(2, wgpu::BindingResource::TextureView(scene.normals())),
         entry(3, wgpu::BindingResource::Sampler(&bilinear)),
+        entry(5, draw_numbers.binding()),
     ];
-    entries.push(entry(5, draw_numbers.binding()));
     entries.extend(scene.void_quads().map(|quads| entry(4, wgpu::BindingResource::TextureView(quads))));
     device.create_bind_group(&wgpu::BindGroupDescriptor { label: Some("terrain"), layout, entries: &entries })
 }
