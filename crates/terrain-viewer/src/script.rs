@@ -293,6 +293,9 @@ impl Runner {
             for command in input.commands() {
                 self.apply(command)?;
             }
+            if let Some(size_px) = input.resize() {
+                self.target = Target::new(&self.viewer.gpu, size_px)?;
+            }
             self.frame(input.events())?;
             self.viewer.wants_quit = false;
             frames += 1;
