@@ -95,7 +95,10 @@ impl ApplicationHandler for App {
         let is_done = running.viewer.wants_quit || running.exit_after.is_some_and(|frames| running.frames >= frames);
         match result {
             Err(fault) => self.end(event_loop, Some(fault)),
-            Ok(()) if is_done => self.end(event_loop, None),
+            Ok(()) if is_done => {
+                running.say_times();
+                self.end(event_loop, None);
+            }
             Ok(()) => {}
         }
     }
@@ -133,6 +136,16 @@ impl Running {
             exit_after: start.exit_after,
             lost: 0,
         })
+    }
+
+    /// What a window that was opened for some frames has measured.
+    fn say_times(&self) {
+        if self.exit_after.is_some() {
+            let times = &self.viewer.times;
+            let said = |[p50, p99]: [f64; 2]| format!("P50 {p50:.1} P99 {p99:.1} ms");
+            let cpu = times.cpu_ms().map_or(String::new(), |cpu_ms| format!(", of it CPU {}", said(cpu_ms)));
+            println!("frames {}; work without the GPU's {}{cpu}", said(times.frame_ms()), said(times.work_ms()));
+        }
     }
 
     /// One frame. A lost device is replaced, with all that was on it.

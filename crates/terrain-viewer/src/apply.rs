@@ -13,6 +13,7 @@ use crate::command::{Command, Mode, Side};
 use crate::flights::{Playback, Recorder};
 use crate::pane::Ground;
 use crate::state::State;
+use crate::thread;
 use crate::viewer::Viewer;
 
 impl Viewer {
@@ -135,6 +136,7 @@ impl Viewer {
         let (sender, receiver) = sync_channel(1);
         self.state.say(format!("opening {spec} ..."));
         let open = move || {
+            thread::step_back();
             let dem = terrain_lod::open_dem(&spec, &ReadOptions::default());
             drop(sender.send(dem.map(|dem| (spec, dem))));
         };

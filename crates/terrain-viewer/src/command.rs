@@ -9,7 +9,8 @@ use terrain_renderer::Submission;
 use crate::run_text;
 
 /// One of the two panes.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum Side {
     Left,
     Right,

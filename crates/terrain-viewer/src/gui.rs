@@ -5,10 +5,10 @@ use egui::{ClippedPrimitive, Color32, Context, CornerRadius, FullOutput, Platfor
 use egui_wgpu::{RendererOptions, ScreenDescriptor};
 use terrain_renderer::Gpu;
 
-/// Ink and paper of the interface.
-pub const PAPER: Color32 = Color32::from_rgba_premultiplied(16, 20, 27, 218);
+/// Ink and paper of the interface. Colours blend as light does, so that paper must be nearly opaque to be dark over the sky.
+pub const PAPER: Color32 = Color32::from_rgba_premultiplied(16, 20, 27, 244);
 pub const INK: Color32 = Color32::from_rgb(222, 228, 236);
-pub const FAINT: Color32 = Color32::from_rgb(140, 150, 164);
+pub const FAINT: Color32 = Color32::from_rgb(168, 178, 192);
 pub const ACCENTS: [Color32; 2] = [Color32::from_rgb(255, 176, 84), Color32::from_rgb(110, 196, 255)];
 pub const FAULT: Color32 = Color32::from_rgb(255, 112, 96);
 
@@ -95,6 +95,9 @@ fn style(style: &mut egui::Style) {
     visuals.window_shadow = egui::Shadow::NONE;
     visuals.popup_shadow = egui::Shadow::NONE;
     visuals.override_text_color = Some(INK);
+    // Empty checkboxes and the rails of sliders are seen by their rims.
+    visuals.widgets.inactive.bg_stroke = egui::Stroke::new(1.0, Color32::from_white_alpha(48));
+    style.text_styles.insert(egui::TextStyle::Small, egui::FontId::proportional(11.0));
     style.spacing.item_spacing = egui::vec2(6.0, 5.0);
     style.spacing.slider_width = 110.0;
     style.animation_time = 0.0;

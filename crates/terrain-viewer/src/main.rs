@@ -9,6 +9,7 @@
 mod app;
 mod apply;
 mod camera;
+mod cells;
 mod cli;
 mod command;
 mod difference;
@@ -30,6 +31,7 @@ mod settings;
 mod soak;
 mod stage;
 mod state;
+mod thread;
 mod times;
 mod viewer;
 
@@ -92,7 +94,7 @@ fn open_window(cli: &Cli, began: Instant) -> Result<(), Fault> {
         make: Box::new(move |gpu, format| viewer(&owned, ground, &kept, true, gpu, format)),
     })?;
     if let (Some(viewer), Some(path)) = (closed, path)
-        && let Err(error) = Kept::of(&viewer).write(&path)
+        && let Err(error) = Kept::of(&viewer.state, viewer.panes.each_ref().map(|pane| &pane.wanted)).write(&path)
     {
         eprintln!("note: cannot keep the settings in {}: {error}", path.display());
     }

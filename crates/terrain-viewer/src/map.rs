@@ -12,9 +12,11 @@ use crate::pane::{Cells, Pane};
 use crate::state::State;
 
 /// Points of the longer side.
-const SIDE: f32 = 170.0;
+pub const SIDE: f32 = 170.0;
 /// Texels of the longer side.
 const TEXELS: usize = 340;
+/// How far a loaded cell covers the map, once for each level.
+const LOADED: f32 = 0.22;
 
 pub struct Map {
     image: ColorImage,
@@ -86,13 +88,18 @@ impl Place {
     }
 }
 
-/// The cells that are kept around the eye, level by level, or all cells of a DEM in memory, where they can be told apart.
+/// The windows around the eye, level by level, with the cells in them that are loaded, more strongly where more levels are; and
+/// the lines between cells, where they can be told apart.
 fn paint_cells(painter: &Painter, place: &Place, cells: &Cells, spacing_m: [f64; 2], colour: Color32) {
     let [x_m, z_m] = spacing_m.map(|spacing_m| spacing_m * f64::from(cells.side));
     let corner = |[column, row]: [u32; 2]| place.of(f64::from(column) * x_m, f64::from(row) * z_m);
-    for [first, last] in &cells.windows {
+    for (level, [first, last]) in cells.windows.iter().enumerate() {
+        for cell in cells.loaded.into_iter().flat_map(|loaded| loaded.of_level(level)) {
+            let sheet = Rect::from_two_pos(corner(cell), corner(cell.map(|at| at + 1)));
+            painter.rect_filled(sheet, 0.0, colour.gamma_multiply(LOADED));
+        }
         let window = Rect::from_two_pos(corner(*first), corner(last.map(|at| at + 1)));
-        painter.rect(window, 0.0, colour.gamma_multiply(0.12), Stroke::new(1.0, colour), StrokeKind::Inside);
+        painter.rect_stroke(window, 0.0, Stroke::new(1.0, colour), StrokeKind::Inside);
     }
     let step = vec2((x_m * place.scale) as f32, (z_m * place.scale) as f32);
     if step.min_elem() >= 3.0 {

@@ -11,6 +11,8 @@ use glam::DVec3;
 use terrain_core::{BufferSizes, FramePlan, Heightmap, Sample, Triangle, Upload, View};
 use terrain_lod::{ErrorFrame, Judge};
 
+use crate::thread;
+
 /// Uploads that wait for the worker. One that falls behind by more gives up: a bound, not a setting.
 const MOST_BYTES: usize = 512 << 20;
 /// The longest rest after a measurement.
@@ -88,6 +90,7 @@ impl Measurer {
         let shared = Arc::<Shared>::default();
         let theirs = shared.clone();
         let work = move || {
+            thread::step_back();
             let judge = &mut Judge::over(&heightmap, &[tolerance_px as f32], &sizes);
             theirs.work(judge, heightmap.spacing_m(), rests);
         };

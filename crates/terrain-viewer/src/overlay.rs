@@ -1,7 +1,8 @@
 //! What lies over the terrain: the divider with the methods' names, the legend, the frozen frustum, messages.
 
 use egui::{
-    Align2, Area, Color32, Context, FontId, Id, LayerId, Order, Painter, Pos2, Rect, Sense, Stroke, Vec2, pos2, vec2,
+    Align2, Area, Color32, Context, FontId, Id, LayerId, Mesh, Order, Painter, Pos2, Rect, Sense, Stroke, Vec2, pos2,
+    vec2,
 };
 use glam::{DMat4, DVec3, DVec4};
 use terrain_core::View;
@@ -10,11 +11,13 @@ use terrain_renderer::heat_colour;
 use crate::command::{Command, Mode, Side};
 use crate::gui::{ACCENTS, FAINT, FAULT, INK, PAPER, from_linear};
 use crate::interface::Interface;
+use crate::map;
+use crate::measure::PatchBox;
 use crate::pane::Pane;
 use crate::state::{Message, Shown};
 
 /// Boxes that are drawn, the nearest first: more could not be told apart, and would cost time.
-const MOST_BOXES: usize = 400;
+const MOST_BOXES: usize = 2000;
 /// Metres that the frozen frustum is drawn far.
 const FRUSTUM_SHARE: f64 = 0.35;
 
@@ -24,7 +27,6 @@ pub fn show(context: &Context, parts: &mut Interface) {
     if let Some(frozen) = &parts.state.frozen {
         let [x_m, z_m] = parts.ground.dem.heightmap.extent_m();
         paint_frustum(&painter, screen, parts.view, frozen, FRUSTUM_SHARE * x_m.max(z_m));
-        pill(&painter, screen.center_top() + vec2(0.0, 44.0), Align2::CENTER_TOP, "frozen: F lets go", INK);
     }
     if parts.state.boxes {
         paint_boxes(&painter, screen, parts);
@@ -33,10 +35,17 @@ pub fn show(context: &Context, parts: &mut Interface) {
         divide(context, &painter, screen, parts);
     }
     name_methods(&painter, screen, parts);
+    if parts.state.frozen.is_some() {
+        pill(&painter, screen.center_top() + vec2(0.0, 70.0), Align2::CENTER_TOP, "frozen: F lets go", INK);
+    }
     if parts.state.mode == Mode::Error {
-        legend(&painter, screen, parts.state.error_scale_px);
+        // Beside the map, not below it: a low window has no room there.
+        let aside = if parts.state.open.map { map::SIDE + 28.0 } else { 0.0 };
+        legend(&painter, screen.translate(vec2(-aside, 0.0)), parts.state.error_scale_px);
     }
     if let Some(message) = &parts.state.message {
+        // Over the panel: it may be about what is set there.
+        let painter = context.layer_painter(LayerId::new(Order::Foreground, Id::unique("message")));
         say(&painter, screen, message);
     }
 }
@@ -169,24 +178,44 @@ fn paint_boxes(painter: &Painter, screen: Rect, parts: &Interface) {
         let (true, Some(Ok(measured))) = (parts.state.shown.includes(side), pane.measured()) else { continue };
         let painter = painter.with_clip_rect(Rect::from_x_y_ranges(columns, screen.y_range()));
         let eye = parts.view.eye_world;
-        let mut boxes = measured.boxes.to_vec();
-        boxes.sort_by(|a, b| a.distance_to(eye).total_cmp(&b.distance_to(eye)));
-        for (low, high) in boxes.iter().take(MOST_BOXES).map(|found| (found.low, found.high)) {
-            paint_box(&painter, screen, parts.view, [low, high], Stroke::new(1.0, accent));
+        let mut edges = Mesh::default();
+        for PatchBox { low, high } in nearest(&measured.boxes, eye) {
+            add_box(&mut edges, screen, parts.view, [low, high], accent);
         }
+        painter.add(edges);
     }
 }
 
-fn paint_box(painter: &Painter, screen: Rect, view: &View, ends: [DVec3; 2], stroke: Stroke) {
+/// As many as are drawn, in any order.
+fn nearest(boxes: &[PatchBox], eye: DVec3) -> Vec<PatchBox> {
+    let mut boxes: Vec<(f64, PatchBox)> = boxes.iter().map(|found| (found.distance_to(eye), *found)).collect();
+    if boxes.len() > MOST_BOXES {
+        boxes.select_nth_unstable_by(MOST_BOXES, |(a, _), (b, _)| a.total_cmp(b));
+        boxes.truncate(MOST_BOXES);
+    }
+    boxes.into_iter().map(|(_, found)| found).collect()
+}
+
+/// One mesh for all boxes: thousands of lines would each be tessellated with soft edges.
+fn add_box(mesh: &mut Mesh, screen: Rect, view: &View, ends: [DVec3; 2], colour: Color32) {
     let corner = |bits: usize| DVec3::new(ends[bits & 1].x, ends[bits >> 1 & 1].y, ends[bits >> 2].z);
     // Each of the 12 edges leads to the corner with one bit more.
     for (from, axis) in (0..8).flat_map(|from| [1, 2, 4].map(|axis| (from, axis))) {
         if from & axis == 0
             && let Some(segment) = on_screen(&view.clip_from_world, corner(from), corner(from | axis))
         {
-            painter.line_segment(segment.map(|ndc| screen.center() + ndc * screen.size() * 0.5), stroke);
+            add_line(mesh, segment.map(|ndc| screen.center() + ndc * screen.size() * 0.5), colour);
         }
     }
+}
+
+/// Two triangles, a point wide.
+fn add_line(mesh: &mut Mesh, [a, b]: [Pos2; 2], colour: Color32) {
+    let across = (b - a).normalized().rot90() * 0.5;
+    let first = mesh.vertices.len() as u32;
+    [a - across, a + across, b - across, b + across].into_iter().for_each(|at| mesh.colored_vertex(at, colour));
+    mesh.add_triangle(first, first + 1, first + 2);
+    mesh.add_triangle(first + 1, first + 2, first + 3);
 }
 
 /// The part of a segment that is in front of the near plane, from -1 to 1 over the picture, y downwards.

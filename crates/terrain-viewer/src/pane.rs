@@ -8,7 +8,9 @@ use terrain_dem::Dem;
 use terrain_lod::{Fault, Prepared, Run};
 use terrain_renderer::{Gpu, Look, MethodBuffers, PreparedFrame, RenderError, TerrainPass, ViewBindings};
 
+use crate::cells::LoadedCells;
 use crate::measure::{Measured, Measurer};
+use crate::thread;
 
 /// The ground that is flown over, and what the methods prepared for it: kept while their settings change.
 pub struct Ground {
@@ -24,7 +26,7 @@ impl Ground {
     }
 
     /// Makes a method; takes a while.
-    fn build(&self, run: &Run) -> Result<Box<dyn LodMethod>, Fault> {
+    pub fn build(&self, run: &Run) -> Result<Box<dyn LodMethod>, Fault> {
         run.validate()?;
         let mut prepared = self.prepared.lock().unwrap_or_else(PoisonError::into_inner);
         prepared.add(&[*run], &self.dem, &self.spec, None)?;
@@ -51,15 +53,18 @@ struct Drawn {
     buffers: MethodBuffers,
     bindings: ViewBindings,
     measurer: Measurer,
+    loaded: Option<LoadedCells>,
     counts: Counts,
 }
 
 /// The cells that a method loads, for the map.
-pub struct Cells {
+pub struct Cells<'a> {
     /// Sample intervals along a cell.
     pub side: u32,
     /// By level, the finest first: first and last cell of what is kept of it around the eye. Empty for a DEM in memory.
     pub windows: Vec<[[u32; 2]; 2]>,
+    /// Which of them are there, by the same levels.
+    pub loaded: Option<&'a LoadedCells>,
 }
 
 /// What the HUD shows of the last frame, all of it counted by the bench's code.
@@ -105,7 +110,7 @@ impl Pane {
     }
 
     /// `None` where the method has no cells.
-    pub fn cells(&self) -> Option<Cells> {
+    pub fn cells(&self) -> Option<Cells<'_>> {
         let drawn = self.drawn.as_ref()?;
         let sizes = drawn.method.buffers();
         let windows = sizes.heights.iter().flat_map(|tiles| {
@@ -115,7 +120,7 @@ impl Pane {
                 .zip(drawn.plan.streaming.first_cells)
                 .map(|(side, first)| [first, first.map(|at| at + side - 1)])
         });
-        Some(Cells { side: sizes.cell_side?, windows: windows.collect() })
+        Some(Cells { side: sizes.cell_side?, windows: windows.collect(), loaded: drawn.loaded.as_ref() })
     }
 
     pub fn measured(&self) -> Option<Result<Measured, String>> {
@@ -171,8 +176,12 @@ impl Pane {
     fn start_building(&mut self, ground: &Arc<Ground>) {
         let (sender, receiver) = sync_channel(1);
         let (run, ground) = (self.wanted, ground.clone());
-        // Nobody may be there any more to take it.
-        let build = move || drop(sender.send(ground.build(&run)));
+        let build = move || {
+            // With it the threads that the method starts: interaction goes before updates.
+            thread::step_back();
+            // Nobody may be there any more to take it.
+            drop(sender.send(ground.build(&run)));
+        };
         match std::thread::Builder::new().name("build".into()).spawn(build) {
             Ok(_) => self.building = Some((run, receiver)),
             Err(error) => self.fault = Some(format!("cannot start the thread that builds: {error}")),
@@ -200,6 +209,7 @@ impl Pane {
         };
         let heightmap = ground.dem.heightmap.clone();
         self.drawn = Some(Drawn {
+            loaded: sizes.heights.map(LoadedCells::new),
             measurer: Measurer::start(heightmap, sizes, run.settings.tolerance_px, rests),
             run,
             method,
@@ -218,6 +228,7 @@ impl Pane {
             Some(view) => {
                 drawn.method.plan(view, &mut drawn.plan);
                 drawn.measurer.tell(frame, view, &drawn.plan);
+                drawn.loaded.iter_mut().for_each(|loaded| loaded.follow(&drawn.plan));
             }
             None => {
                 drawn.plan.uploads.clear();

@@ -4,11 +4,12 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
+use terrain_lod::Run;
+use terrain_renderer::Normals;
 
-use crate::command::Mode;
+use crate::command::{Mode, Side};
 use crate::run_text;
-use crate::state::{Open, State};
-use crate::viewer::Viewer;
+use crate::state::{Open, Shown, State};
 
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
@@ -18,6 +19,11 @@ pub struct Kept {
     pub right: Option<String>,
     pub mode: Mode,
     pub wireframe: bool,
+    pub normals_per_vertex: bool,
+    pub mark_stale: bool,
+    pub boxes: bool,
+    /// The side that is shown alone.
+    pub alone: Option<Side>,
     pub error_scale_px: f64,
     pub sun_deg: [f64; 2],
     pub divider: f64,
@@ -32,6 +38,10 @@ impl Default for Kept {
             right: None,
             mode: Mode::Shaded,
             wireframe: false,
+            normals_per_vertex: false,
+            mark_stale: false,
+            boxes: false,
+            alone: None,
             error_scale_px: 2.0,
             sun_deg: [310.0, 35.0],
             divider: 0.5,
@@ -52,14 +62,18 @@ impl Kept {
         fs::write(path, toml::to_string(self).expect("settings become TOML"))
     }
 
-    pub fn of(viewer: &Viewer) -> Self {
-        let State { mode, wireframe, error_scale_px, sun_deg, divider, rig, open, .. } = &viewer.state;
-        let [left, right] = viewer.panes.each_ref().map(|pane| Some(run_text::of(&pane.wanted)));
+    pub fn of(state: &State, runs: [&Run; 2]) -> Self {
+        let State { mode, wireframe, mark_stale, boxes, error_scale_px, sun_deg, divider, rig, open, .. } = state;
+        let [left, right] = runs.map(|run| Some(run_text::of(run)));
         Self {
             left,
             right,
             mode: *mode,
             wireframe: *wireframe,
+            normals_per_vertex: state.normals == Normals::PerVertex,
+            mark_stale: *mark_stale,
+            boxes: *boxes,
+            alone: state.shown.alone(),
             error_scale_px: *error_scale_px,
             sun_deg: *sun_deg,
             divider: *divider,
@@ -71,6 +85,9 @@ impl Kept {
     /// Sets all but the methods; numbers that make no sense stay as they were.
     pub fn put(&self, state: &mut State, can_wireframe: bool) {
         (state.mode, state.open) = (self.mode, self.open);
+        (state.mark_stale, state.boxes) = (self.mark_stale, self.boxes);
+        state.normals = if self.normals_per_vertex { Normals::PerVertex } else { Normals::PerPixel };
+        state.shown = self.alone.map_or(Shown::Both, Shown::One);
         (state.wireframe, state.rig.above_ground) = (self.wireframe && can_wireframe, self.above_ground);
         if (0.1..=32.0).contains(&self.error_scale_px) {
             state.error_scale_px = self.error_scale_px;
@@ -97,7 +114,28 @@ pub fn usual_path() -> Option<PathBuf> {
 
 #[cfg(test)]
 mod tests {
+    use terrain_core::Heightmap;
+
     use super::*;
+    use crate::camera::Rig;
+
+    /// All that keys switch over the terrain is there again at the next start.
+    #[test]
+    fn what_was_switched_on_stays_on() {
+        let state = || State::new(Rig::over(&Heightmap::new(2, 2, [1.0; 2], vec![0.0; 4]).unwrap()));
+        let run = run_text::parse("tin").unwrap();
+        let mut before = state();
+        (before.mark_stale, before.boxes, before.wireframe) = (true, true, true);
+        (before.normals, before.shown, before.mode) = (Normals::PerVertex, Shown::One(Side::Right), Mode::Cell);
+        (before.open.map, before.rig.above_ground) = (false, false);
+        let kept = Kept::of(&before, [&run, &run]);
+        let mut after = state();
+        assert_ne!(Kept::of(&after, [&run, &run]), kept);
+        kept.put(&mut after, true);
+        assert_eq!(Kept::of(&after, [&run, &run]), kept);
+        let text = toml::to_string(&kept).unwrap();
+        assert_eq!(toml::from_str::<Kept>(&text).unwrap(), kept);
+    }
 
     #[test]
     fn settings_come_back_and_broken_ones_are_none() {

@@ -28,6 +28,14 @@ impl Shown {
         }
     }
 
+    /// The side that is shown alone.
+    pub fn alone(self) -> Option<Side> {
+        match self {
+            Self::Both => None,
+            Self::One(side) => Some(side),
+        }
+    }
+
     pub fn includes(self, side: Side) -> bool {
         self == Self::Both || self == Self::One(side)
     }

@@ -4,6 +4,8 @@ use std::collections::VecDeque;
 
 use terrain_lod::{percentile, sorted};
 
+use crate::thread::Spent;
+
 /// Frames that the graph shows and the percentiles are of.
 const KEPT: usize = 240;
 
@@ -14,15 +16,16 @@ pub struct Times {
     frame_ms: VecDeque<f64>,
     /// What the render thread did for a frame: planning, the interface, recording, submitting. Not the GPU's part.
     work_ms: VecDeque<f64>,
+    /// The part of it that the thread was on a core: the rest is others', whom the system let go first, and waiting.
+    cpu_ms: VecDeque<f64>,
 }
 
 impl Times {
-    pub fn add(&mut self, frame_ms: f64, work_ms: f64) {
-        for (list, ms) in [(&mut self.frame_ms, frame_ms), (&mut self.work_ms, work_ms)] {
-            if list.len() == KEPT {
-                list.pop_front();
-            }
-            list.push_back(ms);
+    pub fn add(&mut self, frame_ms: f64, work: Spent) {
+        push(&mut self.frame_ms, frame_ms);
+        push(&mut self.work_ms, work.wall_ms);
+        if let Some(cpu_ms) = work.cpu_ms {
+            push(&mut self.cpu_ms, cpu_ms);
         }
     }
 
@@ -38,6 +41,18 @@ impl Times {
     pub fn work_ms(&self) -> [f64; 2] {
         p50_p99(&self.work_ms)
     }
+
+    /// `None` where the system does not say.
+    pub fn cpu_ms(&self) -> Option<[f64; 2]> {
+        (!self.cpu_ms.is_empty()).then(|| p50_p99(&self.cpu_ms))
+    }
+}
+
+fn push(list: &mut VecDeque<f64>, ms: f64) {
+    if list.len() == KEPT {
+        list.pop_front();
+    }
+    list.push_back(ms);
 }
 
 fn p50_p99(list: &VecDeque<f64>) -> [f64; 2] {
@@ -53,8 +68,10 @@ mod tests {
     fn old_frames_are_forgotten() {
         let mut times = Times::default();
         assert_eq!(times.frame_ms(), [0.0; 2]);
-        times.add(1e6, 1e6);
-        (0..KEPT).for_each(|i| times.add(i as f64, 1.0));
+        let work = |wall_ms| Spent { wall_ms, cpu_ms: None };
+        times.add(1e6, work(1e6));
+        (0..KEPT).for_each(|i| times.add(i as f64, work(1.0)));
         assert_eq!((times.frames_ms().len(), times.frame_ms()[1], times.work_ms()), (KEPT, 237.0, [1.0; 2]));
+        assert_eq!(times.cpu_ms(), None);
     }
 }

@@ -3,7 +3,6 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, TryRecvError};
-use std::time::Instant;
 
 use egui::{PlatformOutput, RawInput};
 use terrain_core::View;
@@ -21,6 +20,7 @@ use crate::memory::Memory;
 use crate::pane::{Ground, Pane};
 use crate::stage::{self, Stage};
 use crate::state::State;
+use crate::thread::{Spent, Stopwatch};
 use crate::times::Times;
 
 /// What is fixed for the life of a viewer.
@@ -62,7 +62,7 @@ pub struct Viewer {
 pub struct Planned {
     view: View,
     layout: Layout,
-    work_ms: f64,
+    work: Spent,
 }
 
 impl Viewer {
@@ -137,7 +137,7 @@ impl Viewer {
 
     /// Takes the input of a frame that follows the last one by `dt_s` seconds, moves, plans, and lays the interface out.
     pub fn plan(&mut self, mut input: RawInput, size_px: [u32; 2], dt_s: f64) -> Result<Planned, RenderError> {
-        let start = Instant::now();
+        let watch = Stopwatch::start();
         self.state.advance(dt_s);
         self.take_opened()?;
         for command in self.keyboard.take(&mut input, self.gui.context.text_edit_focused()) {
@@ -155,7 +155,7 @@ impl Viewer {
         for command in commands {
             self.apply(command)?;
         }
-        Ok(Planned { view, layout, work_ms: milliseconds(start) })
+        Ok(Planned { view, layout, work: watch.spent() })
     }
 
     fn fly(&mut self, dt_s: f64) {
@@ -248,9 +248,9 @@ impl Viewer {
                 Err(error) => return Err(error),
             }
         }
-        let start = Instant::now();
+        let watch = Stopwatch::start();
         let submission = self.draw_into(&planned, colour)?;
-        self.times.add(1e3 * dt_s, planned.work_ms + milliseconds(start));
+        self.times.add(1e3 * dt_s, planned.work + watch.spent());
         self.gpu.check()?;
         Ok((planned.layout.platform, submission))
     }
@@ -292,8 +292,4 @@ impl Viewer {
         self.opening = None;
         Ok(())
     }
-}
-
-fn milliseconds(since: Instant) -> f64 {
-    since.elapsed().as_secs_f64() * 1e3
 }
