@@ -93,7 +93,7 @@ impl Levels {
         let runs = split.0[level as usize].chunks(RUN).zip(before.0[level as usize].chunks(RUN)).enumerate();
         for (run, (now, before)) in runs.filter(|(_, (now, before))| now != before) {
             for (at, (now, before)) in now.iter().zip(before).enumerate().filter(|(_, (now, before))| now != before) {
-                let square = grid.square_at(level, RUN * run + at);
+                let square = grid.spot_at(level, RUN * run + at).square;
                 note(changed, grid, Change { square, halves: now ^ before });
             }
         }

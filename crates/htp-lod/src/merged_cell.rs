@@ -60,7 +60,7 @@ impl MergedCell {
             self.cells[grid.index(grid.cell_of(*square))].is_current = false;
         }
         self.visible.clear();
-        let in_sight = |cell: &Square| culling.inside(grid, *cell, grid.index(*cell)).is_some();
+        let in_sight = |cell: &Square| culling.inside(grid, grid.spot(*cell)).is_some();
         self.visible.extend(grid.squares(grid.top()).filter(in_sight));
     }
 

@@ -2,7 +2,7 @@
 //! are not. See `closure` for when this is asked, and of what.
 
 use crate::border::{Border, BorderChild, sides_of};
-use crate::grid::{Grid, Patch, Square};
+use crate::grid::{Grid, Half, Patch, Spot, Square};
 use crate::rule::{Answer, Rule};
 use crate::split::Split;
 use terrain_core::odometer::{NEVER, Odometer};
@@ -17,8 +17,11 @@ pub(crate) struct Repair<'a> {
 /// What comes out for a split patch with given patches around it, until a deadline.
 pub(crate) struct Verdict {
     pub deadline_m: f64,
-    pub wants: Wants,
+    /// Few patches have any.
+    pub wants: Option<Box<Wants>>,
 }
+
+const NOTHING: Verdict = Verdict { deadline_m: NEVER, wants: None };
 
 /// What blocks need that are too bad: most patches' need nothing.
 #[derive(Default)]
@@ -27,12 +30,6 @@ pub(crate) struct Wants {
     pub split: Vec<Patch>,
     /// What stays too bad.
     pub denied: Vec<DeniedBlock>,
-}
-
-impl Wants {
-    pub fn is_empty(&self) -> bool {
-        self.split.is_empty() && self.denied.is_empty()
-    }
 }
 
 /// A block that is too bad and stays so, since the patch beyond one of its sides may not be split.
@@ -48,37 +45,43 @@ impl Repair<'_> {
         self.rule.grid
     }
 
-    /// Judges the blocks of a patch's children by what is split now. Nothing is wanted around what is not split.
-    pub fn judge(&self, split: &Split, parent: Patch) -> Verdict {
-        let mut verdict = Verdict { deadline_m: NEVER, wants: Wants::default() };
-        if !split.contains(self.grid(), parent) {
-            return verdict;
-        }
-        let coarser = split.coarser_sides(self.grid(), parent);
-        if coarser == 0 || self.are_all_fine(parent, coarser, &mut verdict) {
-            return verdict;
-        }
-        for (child, patch) in self.border.touching(self.grid(), parent, coarser) {
-            if !split.contains(self.grid(), patch) {
-                let leaf = Leaf { parent, child, square: patch.square };
-                self.judge_leaf(&leaf, coarser & child.touched, &mut verdict);
+    /// Judges the blocks of the children of a square's halves by what is split now. Nothing is wanted around what is not
+    /// split.
+    pub fn judge(&self, split: &Split, parent: Spot, halves: u8) -> [Verdict; 2] {
+        let mut verdicts = [NOTHING; 2];
+        let (halves, coarser) = (halves & split.halves_at(parent), split.coarser_sides(self.grid(), parent));
+        let distance_m = self.rule.distance_at_m(parent);
+        for half in Half::BOTH.into_iter().filter(|half| halves & half.bit() != 0 && coarser[*half as usize] != 0) {
+            let (coarser, verdict) = (coarser[half as usize], &mut verdicts[half as usize]);
+            if !self.are_all_fine(parent, half, distance_m, coarser, verdict) {
+                self.judge_blocks(split, parent.square.half(half), coarser, verdict);
             }
         }
-        verdict
+        verdicts
     }
 
     /// Whether all blocks are fine even where the eye is nearest to the patch: one comparison for all of them, and
     /// mostly the only one.
-    fn are_all_fine(&self, parent: Patch, coarser: u8, verdict: &mut Verdict) -> bool {
-        let error = self.rule.worst_block_error(parent, coarser);
+    fn are_all_fine(&self, spot: Spot, half: Half, distance_m: f64, coarser: u8, verdict: &mut Verdict) -> bool {
+        let error = self.rule.worst_block_error(spot, half, coarser);
         if error == 0 {
             return true;
         }
-        let answer = self.rule.is_too_bad(self.rule.distance_m(parent.square), error);
+        let answer = self.rule.is_too_bad(distance_m, error);
         if !answer.near {
             self.note(answer, verdict);
         }
         !answer.near
+    }
+
+    /// One by one.
+    fn judge_blocks(&self, split: &Split, parent: Patch, coarser: u8, verdict: &mut Verdict) {
+        for (child, patch) in self.border.touching(self.grid(), parent, coarser) {
+            if !split.contains(self.grid(), patch) {
+                let leaf = Leaf { parent, child, square: patch.square };
+                self.judge_leaf(&leaf, coarser & child.touched, verdict);
+            }
+        }
     }
 
     fn note(&self, answer: Answer, verdict: &mut Verdict) {
@@ -90,13 +93,13 @@ impl Repair<'_> {
         for side in sides_of(mask & !kept) {
             let beyond = self.grid().neighbour(leaf.parent, side).expect("a coarser side has a neighbour");
             if self.grid().may_split(beyond.square) {
-                verdict.wants.split.push(beyond);
+                verdict.wants.get_or_insert_default().split.push(beyond);
                 mask &= !side.bit();
             }
         }
         if mask & !kept != 0 {
             let error = self.rule.block_error(leaf.parent, &leaf.child, mask);
-            verdict.wants.denied.push(DeniedBlock { square: leaf.square, error });
+            verdict.wants.get_or_insert_default().denied.push(DeniedBlock { square: leaf.square, error });
         }
     }
 
