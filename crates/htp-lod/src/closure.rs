@@ -225,13 +225,12 @@ impl Level {
 
     /// Round 0 for halves of a square that want nothing yet, with the base split and nothing else.
     fn judge(&mut self, repair: &Repair, split: &Split, parent: Spot, halves: u8) {
-        for (half, Verdict { deadline_m, wants }) in Half::BOTH.into_iter().zip(repair.judge(split, parent, halves)) {
+        for (half, Verdict { deadline_m, wants }) in verdicts(repair, split, parent, halves) {
             let place = 2 * parent.index as u32 + half as u32;
-            if halves & half.bit() == 0 {
-                continue;
-            }
             self.deadlines.set(place, deadline_m);
-            self.wants.extend(wants.map(|wants| (place, *wants)));
+            if let Some(wants) = wants {
+                self.wants.insert(place, *wants);
+            }
         }
     }
 
@@ -244,7 +243,7 @@ impl Level {
             wanted.drain(..).for_each(|patch| self.forced.extend(draft.force(patch)));
             for parent in &self.forced[first..] {
                 let spot = repair.rule.grid.spot(parent.square);
-                for Verdict { deadline_m, wants } in repair.judge(draft.split, spot, parent.half.bit()) {
+                for (_, Verdict { deadline_m, wants }) in verdicts(repair, draft.split, spot, parent.half.bit()) {
                     self.later.deadline_m = self.later.deadline_m.min(deadline_m);
                     let Wants { split, denied } = wants.map_or_else(Wants::default, |wants| *wants);
                     self.later.denied.extend(denied);
@@ -253,6 +252,18 @@ impl Level {
             }
         }
     }
+}
+
+/// What comes out for halves of a square by what is split now.
+fn verdicts(repair: &Repair, split: &Split, parent: Spot, halves: u8) -> impl Iterator<Item = (Half, Verdict)> {
+    let (is_split, coarser) = (split.halves_at(parent), split.coarser_sides(repair.rule.grid, parent));
+    let distance_m = repair.rule.distance_at_m(parent);
+    Half::BOTH.into_iter().filter(move |half| halves & half.bit() != 0).map(move |half| {
+        let coarser = coarser[half as usize];
+        let is_along_border = is_split & half.bit() != 0 && coarser != 0;
+        let verdict = || repair.judge(split, parent, half, (distance_m, coarser));
+        (half, if is_along_border { verdict() } else { Verdict::NOTHING })
+    })
 }
 
 /// The split patches while a level is followed, and what was split before in the squares that were touched.

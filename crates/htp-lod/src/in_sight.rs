@@ -44,10 +44,12 @@ impl InSight {
 
     /// Follows to a new view: has `slots` draw the leaves that are in sight, and no others.
     pub fn follow(&mut self, grid: &Grid, levels: &Levels, culling: Culling, slots: &mut Slots) {
-        if levels.changed().len().saturating_mul(self.change_cost) > slots.drawn() {
+        let most = slots.drawn().checked_div(self.change_cost).unwrap_or(usize::MAX);
+        let changed: Vec<Square> = levels.changed(grid).take(most.saturating_add(1)).collect();
+        if changed.len() > most {
             return self.collect(grid, levels, culling, slots);
         }
-        levels.changed().iter().for_each(|square| self.mark(grid, *square));
+        changed.into_iter().for_each(|square| self.mark(grid, square));
         let mut visit = Visit { grid, levels, layers: &mut self.layers, slots };
         for cell in grid.squares(grid.top()) {
             // Nothing is coarser than the top layer.

@@ -21,7 +21,10 @@ pub(crate) struct Verdict {
     pub wants: Option<Box<Wants>>,
 }
 
-const NOTHING: Verdict = Verdict { deadline_m: NEVER, wants: None };
+impl Verdict {
+    /// Of what is not split, or has no coarser sides.
+    pub const NOTHING: Self = Self { deadline_m: NEVER, wants: None };
+}
 
 /// What blocks need that are too bad: most patches' need nothing.
 #[derive(Default)]
@@ -45,41 +48,37 @@ impl Repair<'_> {
         self.rule.grid
     }
 
-    /// Judges the blocks of the children of a square's halves by what is split now. Nothing is wanted around what is not
-    /// split.
-    pub fn judge(&self, split: &Split, parent: Spot, halves: u8) -> [Verdict; 2] {
-        let mut verdicts = [NOTHING; 2];
-        let (halves, coarser) = (halves & split.halves_at(parent), split.coarser_sides(self.grid(), parent));
-        let distance_m = self.rule.distance_at_m(parent);
-        for half in Half::BOTH.into_iter().filter(|half| halves & half.bit() != 0 && coarser[*half as usize] != 0) {
-            let (coarser, verdict) = (coarser[half as usize], &mut verdicts[half as usize]);
-            if !self.are_all_fine(parent, half, distance_m, coarser, verdict) {
-                self.judge_blocks(split, parent.square.half(half), coarser, verdict);
+    /// Judges the blocks of a split patch's children by what is split now, with the distance to its square and its
+    /// coarser sides.
+    pub fn judge(&self, split: &Split, parent: Spot, half: Half, (distance_m, coarser): (f64, u8)) -> Verdict {
+        let mut verdict = Verdict::NOTHING;
+        // Mostly all blocks are fine even where the eye is nearest to the patch: one comparison for all of them.
+        let error = self.rule.worst_block_error(parent, half, coarser);
+        if error > 0 {
+            let answer = self.rule.is_too_bad(distance_m, error);
+            if answer.near {
+                self.judge_blocks(split, parent.square.half(half), (distance_m, coarser), &mut verdict);
+            } else {
+                self.note(answer, &mut verdict);
             }
         }
-        verdicts
+        verdict
     }
 
-    /// Whether all blocks are fine even where the eye is nearest to the patch: one comparison for all of them, and
-    /// mostly the only one.
-    fn are_all_fine(&self, spot: Spot, half: Half, distance_m: f64, coarser: u8, verdict: &mut Verdict) -> bool {
-        let error = self.rule.worst_block_error(spot, half, coarser);
-        if error == 0 {
-            return true;
-        }
-        let answer = self.rule.is_too_bad(distance_m, error);
-        if !answer.near {
-            self.note(answer, verdict);
-        }
-        !answer.near
-    }
-
-    /// One by one.
-    fn judge_blocks(&self, split: &Split, parent: Patch, coarser: u8, verdict: &mut Verdict) {
-        for (child, patch) in self.border.touching(self.grid(), parent, coarser) {
-            if !split.contains(self.grid(), patch) {
-                let leaf = Leaf { parent, child, square: patch.square };
-                self.judge_leaf(&leaf, coarser & child.touched, verdict);
+    /// One by one. Most are fine where the eye is nearest to the parent, so no nearer to the child.
+    fn judge_blocks(&self, split: &Split, parent: Patch, (distance_m, coarser): (f64, u8), verdict: &mut Verdict) {
+        for child in self.border.children.iter().filter(|child| child.touched & coarser != 0) {
+            let mask = coarser & child.touched;
+            let error = self.rule.block_error(parent, child, mask);
+            let answer = self.rule.is_too_bad(distance_m, error);
+            if answer.near {
+                let leaf =
+                    self.border.child(self.grid(), parent, child).filter(|patch| !split.contains(self.grid(), *patch));
+                if let Some(Patch { square, .. }) = leaf {
+                    self.judge_leaf(&Leaf { parent, child: *child, square }, mask, verdict);
+                }
+            } else if error > 0 {
+                self.note(answer, verdict);
             }
         }
     }

@@ -1,6 +1,6 @@
 //! Sets of patches that are split, and where they end.
 
-use crate::blocks::Side;
+use crate::blocks::ALL_COLLAPSED;
 use crate::grid::{BOTH_HALVES, Grid, Half, Patch, Spot, Square};
 
 /// A set of patches: bits by level and square. Nothing on level 0, which has nothing finer.
@@ -64,15 +64,13 @@ impl Split {
     #[inline]
     pub fn coarser_sides(&self, grid: &Grid, spot: Spot) -> [u8; 2] {
         let bits = &self.0[spot.square.level as usize];
-        let around = grid.around(spot);
-        let [west, north, east, south] =
-            std::array::from_fn(|side| around[side].map_or(BOTH_HALVES, |index| bits[index]));
+        let [west, north, east, south] = grid.around(spot, |index| bits[index], BOTH_HALVES);
         let own = bits[spot.index];
-        let sides = |other: Half, left: u8, right: u8| {
-            let coarser = |side: Side, beyond: u8| side.bit() * (beyond & other.bit() == 0) as u8;
-            coarser(Side::Hypotenuse, own) | coarser(Side::Left, left) | coarser(Side::Right, right)
+        let coarser = |half: Half, [hypotenuse, left, right]: [u8; 3]| {
+            let is_split = |halves: u8| halves >> half as u8 & 1;
+            ALL_COLLAPSED ^ (is_split(hypotenuse) | is_split(left) << 1 | is_split(right) << 2)
         };
-        [sides(Half::SouthEast, west, north), sides(Half::NorthWest, east, south)]
+        [coarser(Half::SouthEast, [own, west, north]), coarser(Half::NorthWest, [own, east, south])]
     }
 }
 

@@ -1,6 +1,5 @@
 //! Children, parents and neighbours of squares and patches.
 
-use super::layer::Way;
 use super::{Grid, Half, Patch, Spot, Square};
 use crate::blocks::Side;
 
@@ -143,19 +142,22 @@ impl Grid {
         self.exists(square).then_some(square.half(patch.half.other()))
     }
 
-    /// Where the squares in the west, north, east and south of a stored one are stored; none beyond the DEM.
-    #[inline(always)] // for the options to vanish
-    pub fn around(&self, Spot { square, index, at }: Spot) -> [Option<usize>; 4] {
-        let (layer, Square { column, row, .. }) = (self.layer(square), square);
+    /// What there is of the squares in the west, north, east and south of a stored one, by their index; `beyond` for
+    /// those beyond the DEM.
+    #[inline]
+    pub fn around<T: Copy>(&self, Spot { square, index, at }: Spot, of: impl Fn(usize) -> T, beyond: T) -> [T; 4] {
+        let (layer, Square { level, column, row }) = (self.layer(square), square);
         let [columns, rows] = layer.size;
         let exist = [column > 0, row > 0, column + 1 < columns, row + 1 < rows];
         if layer.wraps {
-            let beyond =
-                [[column.wrapping_sub(1), row], [column, row.wrapping_sub(1)], [column + 1, row], [column, row + 1]];
-            let stored = |side: usize| self.index(Square { column: beyond[side][0], row: beyond[side][1], ..square });
-            return std::array::from_fn(|side| exist[side].then(|| stored(side)));
+            let index = |(column, row): (u32, u32)| self.index(Square { level, column, row });
+            let west_to_south =
+                [(column.wrapping_sub(1), row), (column, row.wrapping_sub(1)), (column + 1, row), (column, row + 1)];
+            return std::array::from_fn(|side| if exist[side] { of(index(west_to_south[side])) } else { beyond });
         }
-        let Way { around, .. } = &layer.ways[at];
-        std::array::from_fn(|side| exist[side].then(|| index.wrapping_add_signed(around[side] as isize)))
+        let ways = layer.ways[at].around;
+        std::array::from_fn(
+            |side| if exist[side] { of(index.wrapping_add_signed(ways[side] as isize)) } else { beyond },
+        )
     }
 }

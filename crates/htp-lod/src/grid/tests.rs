@@ -112,7 +112,7 @@ fn positions_are_those_of_squares_and_of_their_neighbours() {
                     let beyond = |side| grid.neighbour(square.half(half), side).map(|other| grid.index(other.square));
                     [Side::Left, Side::Right].map(beyond)
                 });
-                assert_eq!(grid.around(grid.spot(square))[..], [north_west, south_east].concat());
+                assert_eq!(grid.around(grid.spot(square), Some, None)[..], [north_west, south_east].concat());
             }
         }
     }
