@@ -39,7 +39,7 @@ use terrain_core::{Aabb, Heightmap, PatchInstance, PatchTag, Sample};
 
 pub(crate) use family::Kin;
 pub(crate) use layer::Layer;
-use layer::Way;
+use layer::Position;
 pub(crate) use storage::{Run, Spot};
 
 /// One of the two patches of a square, named after the corner where its right angle is.
@@ -149,7 +149,7 @@ impl Grid {
                 brood,
                 broods,
                 wraps: broods != all,
-                ways: Way::all(brood, broods[0]),
+                positions: Position::all(brood, broods[0]),
                 per_cell,
                 first_patch,
                 first_place,

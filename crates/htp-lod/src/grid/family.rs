@@ -155,9 +155,7 @@ impl Grid {
                 [(column.wrapping_sub(1), row), (column, row.wrapping_sub(1)), (column + 1, row), (column, row + 1)];
             return std::array::from_fn(|side| if exist[side] { of(index(west_to_south[side])) } else { beyond });
         }
-        let ways = layer.ways[at].around;
-        std::array::from_fn(
-            |side| if exist[side] { of(index.wrapping_add_signed(ways[side] as isize)) } else { beyond },
-        )
+        let away = layer.positions[at].around;
+        std::array::from_fn(|side| if exist[side] { of(index.wrapping_add_signed(away[side])) } else { beyond })
     }
 }

@@ -31,7 +31,7 @@ pub(crate) struct Layer {
     /// Whether that is less than all.
     pub wraps: bool,
     /// By position in a brood.
-    pub(super) ways: Vec<Way>,
+    pub(super) positions: Vec<Position>,
     /// Squares along a cell.
     pub per_cell: u32,
     /// Number of the level's first patch, see [`Grid::patch_number`](super::Grid::patch_number).
@@ -93,27 +93,26 @@ impl Layer {
 }
 
 /// What the squares at one position of all broods have in common.
-pub(super) struct Way {
+pub(super) struct Position {
     /// Column and row in the brood.
     pub at: [u32; 2],
     /// How far from it the squares in the west, north, east and south are stored; not beyond the ends of what wraps.
-    pub around: [i32; 4],
+    pub around: [isize; 4],
 }
 
-impl Way {
+impl Position {
     /// In broods of so many squares a side, so many broods a row.
     pub fn all(side: u32, broods: u32) -> Vec<Self> {
         (0..side).flat_map(|row| (0..side).map(move |column| Self::new(side, broods, [column, row]))).collect()
     }
 
     fn new(side: u32, broods: u32, at: [u32; 2]) -> Self {
-        let last = side - 1;
-        let [away, step] = [[side * side, side * side * broods], [1, side]];
-        // From the first to the last column (axis 0) or row (axis 1) of the brood before, or back.
-        let before = |axis: usize| {
-            if at[axis] == 0 { (step[axis] * last).wrapping_sub(away[axis]) } else { step[axis].wrapping_neg() }
-        };
-        let after = |axis: usize| if at[axis] == last { away[axis] - step[axis] * last } else { step[axis] };
-        Self { at, around: [before(0), before(1), after(0), after(1)].map(|way| way as i32) }
+        let (last, brood) = (side as isize - 1, (side * side) as isize);
+        // By axis: to the next square in the brood, and to the same position in the next brood.
+        let (step, next_brood) = ([1, side as isize], [brood, brood * broods as isize]);
+        let to_next_brood = |axis: usize| next_brood[axis] - last * step[axis];
+        let back = |axis: usize| if at[axis] == 0 { -to_next_brood(axis) } else { -step[axis] };
+        let on = |axis: usize| if at[axis] as isize == last { to_next_brood(axis) } else { step[axis] };
+        Self { at, around: [back(0), back(1), on(0), on(1)] }
     }
 }

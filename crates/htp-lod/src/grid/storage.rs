@@ -55,7 +55,7 @@ impl Grid {
         let layer @ Layer { brood, broods, .. } = &self.layers[level as usize];
         let (number, at) = (index as u32 / layer.brood_size(), (index as u32 % layer.brood_size()) as usize);
         let stored = [number % broods[0], number / broods[0]];
-        let [column, row] = [0, 1].map(|axis| stored[axis] * brood + layer.ways[at].at[axis]);
+        let [column, row] = [0, 1].map(|axis| stored[axis] * brood + layer.positions[at].at[axis]);
         let [column, row] = if layer.wraps { self.held_at(level, [column, row]) } else { [column, row] };
         Spot { square: Square { level, column, row }, index, at }
     }
