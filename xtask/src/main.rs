@@ -10,6 +10,7 @@ mod readme;
 mod setup;
 
 use std::ffi::{OsStr, OsString};
+use std::io::Write;
 use std::path::Path;
 use std::process::ExitCode;
 
@@ -157,11 +158,10 @@ fn refuse_all_but(args: &[OsString], known: &[&str]) -> Result<(), Fault> {
 }
 
 fn print_usage() {
-    println!("{USAGE}");
-    for command in &FORWARDED {
-        println!("  {:<12} {}", command.name, command.summary);
-    }
-    print!("{CHECKS_AND_EXAMPLES}");
+    let command = |command: &Forwarded| format!("  {:<12} {}\n", command.name, command.summary);
+    let commands: String = FORWARDED.iter().map(command).collect();
+    // A reader that has seen enough (`| head`) is no failure.
+    let _ = std::io::stdout().write_all(format!("{USAGE}\n{commands}{CHECKS_AND_EXAMPLES}").as_bytes());
 }
 
 const USAGE: &str = "\

@@ -32,12 +32,17 @@ fn main() {
     for metric in [LevelMetric::Distance, LevelMetric::Box] {
         times(&dem, Options { metric, ..bounded });
     }
-    growth(if name == "synthetic" { 265_000 } else { in_view(&dem) });
+    growth(mean_visible(&dem, Options::bounded()));
 }
 
-fn in_view(dem: &Arc<Heightmap>) -> u64 {
-    let mut method = Htp::new(dem.clone(), Options::bounded()).unwrap();
-    FrameStats::of(&plan(&mut method, &view(dem, 0.0, 0.0))).triangles
+/// Visible triangles of a plan after a teleport.
+fn mean_visible(dem: &Arc<Heightmap>, options: Options) -> u64 {
+    let (mut method, mut frame_plan) = (Htp::new(dem.clone(), options).unwrap(), FramePlan::default());
+    let visible = (0..FRAMES).step_by(9).map(|frame| {
+        method.plan(&teleport(dem, frame), &mut frame_plan);
+        FrameStats::of(&frame_plan).triangles
+    });
+    visible.sum::<u64>() / FRAMES.div_ceil(9) as u64
 }
 
 fn open() -> (String, Arc<Heightmap>) {
@@ -147,15 +152,14 @@ fn up_to_whole_cells(dem: &Heightmap, side: u32) -> Heightmap {
     Heightmap::new(columns, rows, dem.spacing_m(), heights_m).unwrap()
 }
 
-/// The same visible triangles on DEMs of growing size: tolerances found by bisection.
+/// The same visible triangles after teleports on DEMs of growing size: tolerances found by bisection.
 fn growth(triangles: u64) {
     for side in [1025, 2049, 4097] {
         let dem = Arc::new(terrain_dem::synthetic::generate(side, side, 1));
         let (mut low_px, mut high_px) = (1e-3_f64, 1e3_f64);
         for _ in 0..12 {
             let tolerance_px = (low_px * high_px).sqrt();
-            let mut method = Htp::new(dem.clone(), Options { tolerance_px, ..Options::bounded() }).unwrap();
-            let found = FrameStats::of(&plan(&mut method, &view(&dem, 0.0, 0.0))).triangles;
+            let found = mean_visible(&dem, Options { tolerance_px, ..Options::bounded() });
             (low_px, high_px) = if found > triangles { (tolerance_px, high_px) } else { (low_px, tolerance_px) };
         }
         print!("{side} x {side} at {high_px:.3} px: ");
@@ -169,15 +173,14 @@ fn times(dem: &Arc<Heightmap>, options: Options) {
     println!("plans k {k}, {layers} layers, {metric:?}:");
     report("straight", dem, options, |frame| view(dem, frame as f64 * SPEED_M, 0.0));
     report("turning", dem, options, |frame| view(dem, 0.0, (frame as f64 * 0.5).to_radians()));
-    let [x_m, _] = dem.extent_m();
-    report("teleports", dem, options, |frame| view(dem, (frame * 7919 % 1000) as f64 / 2500.0 * x_m, frame as f64));
+    report("teleports", dem, options, |frame| teleport(dem, frame));
 }
 
 fn report(name: &str, dem: &Arc<Heightmap>, options: Options, view: impl Fn(usize) -> View) {
     let mut method = Htp::new(dem.clone(), options).unwrap();
     let mut frame_plan = FramePlan::default();
     method.plan(&view(0), &mut frame_plan);
-    let (mut times_ms, mut bytes, mut uploads) = (Vec::new(), Vec::new(), Vec::new());
+    let (mut times_ms, mut bytes, mut uploads, mut triangles) = (Vec::new(), Vec::new(), Vec::new(), 0);
     for frame in 1..FRAMES {
         let view = view(frame);
         let start = ThreadTime::now();
@@ -185,15 +188,16 @@ fn report(name: &str, dem: &Arc<Heightmap>, options: Options, view: impl Fn(usiz
         times_ms.push(start.elapsed().as_secs_f64() * 1e3);
         bytes.push(FrameStats::of(&frame_plan).upload_bytes as f64);
         uploads.push(frame_plan.uploads.len() as f64);
+        triangles += FrameStats::of(&frame_plan).triangles;
     }
     let mean_bytes = bytes.iter().sum::<f64>() / bytes.len() as f64;
     println!(
-        "  {name:9}: P50 {:.3}, P99 {:.3} ms; mean {mean_bytes:.0}, P99 {:.0} bytes in P99 {:.0} uploads; {} triangles",
+        "  {name:9}: P50 {:.3}, P99 {:.3} ms; mean {mean_bytes:.0}, P99 {:.0} bytes in P99 {:.0} uploads; mean {} triangles",
         quantile(&mut times_ms, 0.5),
         quantile(&mut times_ms, 0.99),
         quantile(&mut bytes, 0.99),
         quantile(&mut uploads, 0.99),
-        FrameStats::of(&frame_plan).triangles,
+        triangles / times_ms.len() as u64,
     );
 }
 
@@ -206,6 +210,11 @@ fn plan(method: &mut Htp, view: &View) -> FramePlan {
     let mut plan = FramePlan::default();
     method.plan(view, &mut plan);
     plan
+}
+
+/// Far from the frame before, and turned.
+fn teleport(dem: &Heightmap, frame: usize) -> View {
+    view(dem, (frame * 7919 % 1000) as f64 / 2500.0 * dem.extent_m()[0], frame as f64)
 }
 
 /// 100 m above the ground, so many metres east of the middle; looks so far from east, 5 degrees down.

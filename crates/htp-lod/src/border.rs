@@ -35,6 +35,14 @@ pub(crate) struct BorderChild {
 }
 
 impl BorderChild {
+    /// Column and row among the children of a half.
+    fn place_in(&self, half: Half, k: u32) -> [u32; 2] {
+        match half {
+            Half::NorthWest => self.place,
+            Half::SouthEast => self.place.map(|at| k - 1 - at),
+        }
+    }
+
     /// Position of a mask, one of [`Self::masks`], among the masks of all border children.
     #[inline]
     pub fn mask_index(&self, mask: u8) -> usize {
@@ -59,11 +67,19 @@ pub(crate) struct Border {
     pub masks: usize,
     /// By mask of the parent's sides: what [`Self::masks_along`] returns.
     along: [Vec<usize>; MASKS],
+    /// By half and side: what [`Self::positions`] returns.
+    positions: [[Vec<usize>; 3]; 2],
 }
 
 impl Border {
     pub fn new(grid: &Grid) -> Self {
-        let mut border = Self { k: grid.k, children: Vec::new(), masks: 0, along: Default::default() };
+        let mut border = Self {
+            k: grid.k,
+            children: Vec::new(),
+            masks: 0,
+            along: Default::default(),
+            positions: Default::default(),
+        };
         for (i, j) in (0..grid.k).flat_map(|j| (0..grid.k - j).map(move |i| (i, j))) {
             let touched = grid.kin(Square { level: 0, column: i, row: j }).touched[Half::NorthWest as usize];
             if touched != 0 {
@@ -76,7 +92,21 @@ impl Border {
             let masks = border.children.iter().map(|child| (child, sides as u8 & child.touched));
             along.extend(masks.filter(|(_, mask)| *mask != 0).map(|(child, mask)| child.mask_index(mask)));
         }
+        for child in &border.children {
+            for (half, side) in
+                Half::BOTH.into_iter().flat_map(|half| sides_of(child.touched).map(move |side| (half, side)))
+            {
+                let [i, j] = child.place_in(half, grid.k);
+                border.positions[half as usize][side as usize].push((j * grid.k + i) as usize);
+            }
+        }
         border
+    }
+
+    /// Positions in the brood of the children of a half that touch a side of it.
+    #[inline]
+    pub fn positions(&self, half: Half, side: Side) -> &[usize] {
+        &self.positions[half as usize][side as usize]
     }
 
     /// Positions of the masks that the border children have where these sides of their parent are coarser, but 0.
@@ -88,10 +118,7 @@ impl Border {
     /// A border child of a patch; none beyond the DEM.
     pub fn child(&self, grid: &Grid, parent: Patch, child: &BorderChild) -> Option<Patch> {
         let Square { level, column, row } = parent.square;
-        let [i, j] = match parent.half {
-            Half::NorthWest => child.place,
-            Half::SouthEast => child.place.map(|at| self.k - 1 - at),
-        };
+        let [i, j] = child.place_in(parent.half, self.k);
         let square = Square { level: level - 1, column: column * self.k + i, row: row * self.k + j };
         grid.exists(square).then_some(square.half(parent.half))
     }

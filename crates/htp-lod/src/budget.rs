@@ -60,7 +60,10 @@ impl Budget {
         let above = wishes::BYTES_A_SQUARE + SPLIT + closure::BYTES_A_SQUARE + in_sight::BYTES_A_SQUARE;
         let square = |level: u32| content(level) + SLOTS + if level > 0 { above } else { 0 };
         let squares = |samples: u32, level: u32| (samples - 1).div_ceil(header.k.pow(level + 1)) as u64;
-        let of_dem = |level: u32| header.samples.map(|samples| squares(samples, level)).iter().product::<u64>();
+        // Above the top layer there is no parent whose children would be stored together.
+        let brood = |level: u32| if level + 1 < header.layers { header.k as u64 } else { 1 };
+        let stored = |samples: u32, level: u32| squares(samples, level).next_multiple_of(brood(level));
+        let of_dem = |level: u32| header.samples.map(|samples| stored(samples, level)).iter().product::<u64>();
         let of_cell = |level: u32| squares(header.cell_side() + 1, level).pow(2);
         let tiles = header.tiles(&[]);
         let heights = |level: u32| tiles.tile_codes(level) * header.format.bytes();
@@ -166,7 +169,7 @@ mod tests {
         let grid = Grid::streamed(&header, resident.ranges_m, &options, &[1, 2]);
         let levels = Levels::new(&grid);
         let level_1 = grid.layers[1].squares_stored() as u64;
-        let ranges = size_of_val(grid.layers[1].ranges_m()) as u64;
+        let ranges = level_1 * size_of_val(&grid.ranges_m(1)[0]) as u64;
         let split = levels.split().0[1].len() as u64;
         let counted = RANGE + SLOTS + record_length(3) as u64 + 5 + 2 + 8 + 2;
         assert_eq!((ranges, split), (RANGE * level_1, level_1));

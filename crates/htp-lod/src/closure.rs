@@ -31,7 +31,7 @@
 use crate::blocks::Side;
 use crate::border::{Border, sides_of};
 use crate::deadlines::{self, Deadlines};
-use crate::grid::{BOTH_HALVES, Grid, Half, Patch, Square};
+use crate::grid::{BOTH_HALVES, Grid, Half, Patch, Spot, Square};
 use crate::repair::{DeniedBlock, Repair, Verdict, Wants};
 use crate::rule::Rule;
 use crate::split::Split;
@@ -42,15 +42,15 @@ use terrain_core::odometer::{NEVER, Odometer};
 /// Bytes of [`Closure`] for one square.
 pub(crate) const BYTES_A_SQUARE: u64 = deadlines::BYTES_A_SQUARE;
 
-/// To follow one square's change takes about as long as to close anew around so many patches with coarser sides.
-const FLIP_COST: usize = 32;
+/// To follow one square's change takes about as long as to close anew so many squares along the borders of levels.
+const FLIP_COST: usize = 24;
 
 /// Closes levels, and knows what of it holds how long.
 pub(crate) struct Closure {
     border: Border,
     /// From level 0, which has nothing to split.
     levels: Vec<Level>,
-    /// Patches with coarser sides when all was closed anew.
+    /// Squares along the borders of levels when all was closed anew.
     frontier: usize,
     /// How many of them take as long as to follow one flip.
     flip_cost: usize,
@@ -136,7 +136,7 @@ impl Closure {
             }
             *frontier += list.len();
             if let Some(repair) = &repair {
-                list.iter().for_each(|parent| level.judge(repair, split, *parent));
+                list.iter().for_each(|parent| level.judge(repair, split, *parent, BOTH_HALVES));
                 level.run_rounds(repair, &mut Draft::new(grid, split));
             }
         }
@@ -211,21 +211,26 @@ impl Level {
             due.extend(parents.chain(around).map(|patch| grid.place_in_level(patch)));
             due.sort_unstable();
             due.dedup();
-            due.iter().for_each(|place| self.judge(repair, draft.split, grid.patch_at(number, *place)));
+            if !self.wants.is_empty() {
+                due.iter().for_each(|place| drop(self.wants.remove(place)));
+            }
+            for square in due.chunk_by(|a, b| a / 2 == b / 2) {
+                let halves = square.iter().map(|place| 1 << (place % 2)).sum();
+                self.judge(repair, draft.split, grid.spot_at(number, square[0] as usize / 2), halves);
+            }
             self.run_rounds(repair, &mut draft);
         }
         draft.changes()
     }
 
-    /// Round 0 for one patch, with the base split and nothing else.
-    fn judge(&mut self, repair: &Repair, split: &Split, parent: Patch) {
-        let Verdict { deadline_m, wants } = repair.judge(split, parent);
-        let place = repair.rule.grid.place_in_level(parent);
-        self.deadlines.set(place, deadline_m);
-        if !wants.is_empty() {
-            self.wants.insert(place, wants);
-        } else if !self.wants.is_empty() {
-            self.wants.remove(&place);
+    /// Round 0 for halves of a square that want nothing yet, with the base split and nothing else.
+    fn judge(&mut self, repair: &Repair, split: &Split, parent: Spot, halves: u8) {
+        for (half, Verdict { deadline_m, wants }) in verdicts(repair, split, parent, halves) {
+            let place = 2 * parent.index as u32 + half as u32;
+            self.deadlines.set(place, deadline_m);
+            if let Some(wants) = wants {
+                self.wants.insert(place, *wants);
+            }
         }
     }
 
@@ -237,13 +242,28 @@ impl Level {
             let first = self.forced.len();
             wanted.drain(..).for_each(|patch| self.forced.extend(draft.force(patch)));
             for parent in &self.forced[first..] {
-                let Verdict { deadline_m, wants } = repair.judge(draft.split, *parent);
-                self.later.deadline_m = self.later.deadline_m.min(deadline_m);
-                self.later.denied.extend(wants.denied);
-                wanted.extend(wants.split);
+                let spot = repair.rule.grid.spot(parent.square);
+                for (_, Verdict { deadline_m, wants }) in verdicts(repair, draft.split, spot, parent.half.bit()) {
+                    self.later.deadline_m = self.later.deadline_m.min(deadline_m);
+                    let Wants { split, denied } = wants.map_or_else(Wants::default, |wants| *wants);
+                    self.later.denied.extend(denied);
+                    wanted.extend(split);
+                }
             }
         }
     }
+}
+
+/// What comes out for halves of a square by what is split now.
+fn verdicts(repair: &Repair, split: &Split, parent: Spot, halves: u8) -> impl Iterator<Item = (Half, Verdict)> {
+    let (is_split, coarser) = (split.halves_at(parent), split.coarser_sides(repair.rule.grid, parent));
+    let distance_m = repair.rule.distance_at_m(parent);
+    Half::BOTH.into_iter().filter(move |half| halves & half.bit() != 0).map(move |half| {
+        let coarser = coarser[half as usize];
+        let is_along_border = is_split & half.bit() != 0 && coarser != 0;
+        let verdict = || repair.judge(split, parent, half, (distance_m, coarser));
+        (half, if is_along_border { verdict() } else { Verdict::NOTHING })
+    })
 }
 
 /// The split patches while a level is followed, and what was split before in the squares that were touched.
@@ -335,21 +355,25 @@ fn restricted(grid: &Grid, border: &Border, split: &Split, square: Square, halve
 fn touches(grid: &Grid, border: &Border, split: &Split, patch: Patch, side: Side) -> bool {
     patch.square.level > 1
         && grid.are_children_stored(patch.square)
-        && border.touching(grid, patch, side.bit()).any(|(_, child)| split.contains(grid, child))
+        && split.any_child(grid, patch, border.positions(patch.half, side))
 }
 
-/// Splits what the restriction asks for, starting from the level's wishes, of which `list` holds those with coarser
-/// sides. All that has come in and has coarser sides, or had, is appended: it may touch others.
-fn restrict(grid: &Grid, border: &Border, split: &mut Split, list: &mut Vec<Patch>) {
+/// Splits what the restriction asks for, starting from the level's wishes, of which `list` holds the squares with
+/// coarser sides. Those where something has come in are appended: it may touch others.
+fn restrict(grid: &Grid, border: &Border, split: &mut Split, list: &mut Vec<Spot>) {
     let mut next = 0;
-    while let Some(parent) = list.get(next).copied() {
+    while let Some(spot) = list.get(next).copied() {
         next += 1;
-        for side in sides_of(split.coarser_sides(grid, parent)) {
-            if touches(grid, border, split, parent, side) {
-                let beyond = grid.neighbour(parent, side).expect("a coarser side has a neighbour").square;
-                let half = parent.half.other().bit();
-                let added = split.insert(grid, beyond, together(grid, beyond, half));
-                list.extend(Change { square: beyond, halves: added }.patches());
+        let (halves, coarser) = (split.halves_at(spot), split.coarser_sides(grid, spot));
+        for parent in (Change { square: spot.square, halves }).patches() {
+            for side in sides_of(coarser[parent.half as usize]) {
+                if touches(grid, border, split, parent, side) {
+                    let beyond = grid.neighbour(parent, side).expect("a coarser side has a neighbour").square;
+                    let half = parent.half.other().bit();
+                    if split.insert(grid, beyond, together(grid, beyond, half)) != 0 {
+                        list.push(grid.spot(beyond));
+                    }
+                }
             }
         }
     }

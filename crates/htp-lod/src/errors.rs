@@ -26,7 +26,7 @@ use crate::blocks::{ALL_COLLAPSED, index_list, local_vertices};
 use crate::border::{Border, BorderChild};
 use crate::cells::CellsHeader;
 use crate::deviation::deviation_m;
-use crate::grid::{Grid, Half, Patch, Square};
+use crate::grid::{Grid, Half, Patch, Run, Spot, Square};
 use crate::window::Sheet;
 use rayon::prelude::*;
 use terrain_core::{Heightmap, LocalVertex};
@@ -66,11 +66,13 @@ impl Layer {
         }
     }
 
-    /// The records of all squares.
-    fn records(&self, k: u32) -> Vec<u8> {
-        let blocks = self.blocks.chunks_exact(blocks_length(k));
-        let halves = self.plain.as_flattened().iter().zip(blocks);
-        halves.flat_map(|(plain, blocks)| plain.to_le_bytes().into_iter().chain(blocks.iter().copied())).collect()
+    /// Appends the record of a square.
+    fn push_record(&self, index: usize, k: u32, records: &mut Vec<u8>) {
+        let blocks = self.blocks[2 * index * blocks_length(k)..].chunks_exact(blocks_length(k));
+        for (plain, blocks) in self.plain[index].iter().zip(blocks) {
+            records.extend(plain.to_le_bytes());
+            records.extend(blocks);
+        }
     }
 }
 
@@ -88,13 +90,12 @@ impl ErrorTable {
         let mut table = Self { border: Border::new(grid), step_m, layers: Vec::new() };
         let survey = Survey::new(heightmap, grid);
         for level in 1..=grid.top() {
-            let [columns, rows] = grid.layers[level as usize].size.map(|squares| squares as usize);
             let blocks = 2 * blocks_length(grid.k);
-            let mut layer = Layer::new(columns * rows, blocks);
-            let of_rows = layer.plain.par_chunks_mut(columns).zip(layer.blocks.par_chunks_mut(columns * blocks));
-            of_rows.enumerate().for_each(|(row, (plain, of_blocks))| {
-                for (column, (plain, blocks)) in plain.iter_mut().zip(of_blocks.chunks_mut(blocks)).enumerate() {
-                    let square = Square { level, column: column as u32, row: row as u32 };
+            let mut layer = Layer::new(grid.layers[level as usize].squares_stored(), blocks);
+            let squares = layer.plain.par_iter_mut().zip(layer.blocks.par_chunks_mut(blocks)).enumerate();
+            squares.with_min_len(SQUARES_A_JOB).for_each(|(index, (plain, blocks))| {
+                let Spot { square, .. } = grid.spot_at(level, index);
+                if grid.exists(square) {
                     *plain = table.measure(&survey, square, blocks);
                 }
             });
@@ -107,20 +108,23 @@ impl ErrorTable {
     pub fn streamed(header: &CellsHeader, resident: Vec<Vec<u8>>, grid: &Grid) -> Self {
         let room = |level: u32| Layer::new(grid.layers[level as usize].squares_stored(), 2 * blocks_length(grid.k));
         let mut layers: Vec<Layer> = (1..=grid.top()).map(room).collect();
-        for (layer, records) in layers[header.streamed as usize - 1..].iter_mut().zip(resident) {
-            layer.put(0, &records, grid.k);
+        for (level, records) in (header.streamed..).zip(resident) {
+            for (square, record) in grid.squares(level).zip(records.chunks(record_length(grid.k))) {
+                layers[level as usize - 1].put(grid.index(square), record, grid.k);
+            }
         }
         Self { border: Border::new(grid), step_m: header.step_m(), layers }
     }
 
     /// Takes the records of a sheet's squares; there are none on level 0.
-    pub fn put(&mut self, grid: &Grid, Sheet { level, cell }: Sheet, records: &[u8]) {
-        if level == 0 {
+    pub fn put(&mut self, grid: &Grid, sheet: Sheet, records: &[u8]) {
+        if sheet.level == 0 {
             return;
         }
-        let (layer, length) = (&grid.layers[level as usize], record_length(grid.k));
-        for (range, row) in layer.rows_of(cell).zip(records.chunks(layer.per_cell as usize * length)) {
-            self.layers[level as usize - 1].put(range.start, &row[..range.len() * length], grid.k);
+        let length = record_length(grid.k);
+        for Run { first, stored } in grid.runs(sheet) {
+            let records = &records[first * length..][..stored.len() * length];
+            self.layers[sheet.level as usize - 1].put(stored.start, records, grid.k);
         }
     }
 
@@ -143,7 +147,7 @@ impl ErrorTable {
     /// The error of a border child with a mask other than 0, in steps; for a parent above the finest layer.
     #[inline]
     pub fn block(&self, grid: &Grid, parent: Patch, child: &BorderChild, mask: u8) -> u16 {
-        steps::from_byte(self.blocks(grid, parent)[child.mask_index(mask)])
+        steps::from_byte(self.blocks(grid.spot(parent.square), parent.half)[child.mask_index(mask)])
     }
 
     /// Those of both halves of a square, by its position.
@@ -154,22 +158,24 @@ impl ErrorTable {
 
     /// The largest error of a patch's border children that touch sides of a mask, with these sides collapsed.
     #[inline]
-    pub fn worst_block(&self, grid: &Grid, parent: Patch, sides: u8) -> u16 {
-        let blocks = self.blocks(grid, parent);
+    pub fn worst_block(&self, parent: Spot, half: Half, sides: u8) -> u16 {
+        let blocks = self.blocks(parent, half);
         steps::from_byte(self.border.masks_along(sides).iter().fold(0, |worst, mask| worst.max(blocks[*mask])))
     }
 
     /// The errors of a patch's border children, by the position of the mask.
     #[inline]
-    fn blocks(&self, grid: &Grid, patch: Patch) -> &[u8] {
+    fn blocks(&self, Spot { square, index, .. }: Spot, half: Half) -> &[u8] {
         let length = self.border.masks;
-        let start = (2 * grid.index(patch.square) + patch.half as usize) * length;
-        &self.layers[patch.square.level as usize - 1].blocks[start..start + length]
+        let start = (2 * index + half as usize) * length;
+        &self.layers[square.level as usize - 1].blocks[start..start + length]
     }
 
-    /// The records of a level above the finest.
+    /// The records of a level above the finest, row by row.
     pub fn records(&self, grid: &Grid, level: u32) -> Vec<u8> {
-        self.layers[level as usize - 1].records(grid.k)
+        let (layer, mut records) = (&self.layers[level as usize - 1], Vec::new());
+        grid.squares(level).for_each(|square| layer.push_record(grid.index(square), grid.k, &mut records));
+        records
     }
 
     /// Measures a square's patches and, into `blocks`, their border children; the errors of the finer layers are there.
@@ -212,6 +218,9 @@ impl ErrorTable {
         if error_m == 0.0 { 0 } else { (error_m / self.step_m * (1.0 + 1e-9)).ceil() as u16 }
     }
 }
+
+/// Squares that are measured by one job, at least.
+const SQUARES_A_JOB: usize = 64;
 
 /// Bytes of a plain error, at the start of the half of a record.
 const PLAIN: usize = size_of::<u16>();

@@ -30,14 +30,17 @@
 
 mod family;
 mod layer;
+mod storage;
 
 use crate::cells::CellsHeader;
 use crate::options::Options;
-use crate::window::{Sheet, Window};
+use crate::window::Window;
 use terrain_core::{Aabb, Heightmap, PatchInstance, PatchTag, Sample};
 
 pub(crate) use family::Kin;
 pub(crate) use layer::Layer;
+use layer::Position;
+pub(crate) use storage::{Run, Spot};
 
 /// One of the two patches of a square, named after the corner where its right angle is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -102,22 +105,13 @@ pub(crate) struct Grid {
     kin: Vec<Kin>,
 }
 
-/// Squares side by side: in the DEM, and where they are stored.
-pub(crate) struct Run {
-    /// The first one.
-    pub first: Square,
-    /// Its position.
-    pub start: usize,
-    pub length: usize,
-}
-
 impl Grid {
     pub fn new(heightmap: &Heightmap, options: &Options) -> Self {
         let samples = [heightmap.columns(), heightmap.rows()];
         let mut grid = Self::sized(samples, heightmap.spacing_m(), options, Window::everything());
         for level in 0..options.layers {
-            grid.layers[level as usize].heights_m =
-                grid.squares(level).map(|square| grid.height_range_m(heightmap, square)).collect();
+            let ranges_m: Vec<_> = grid.squares(level).map(|square| grid.height_range_m(heightmap, square)).collect();
+            grid.put_level(level, ranges_m);
         }
         grid
     }
@@ -130,9 +124,7 @@ impl Grid {
         for layer in &mut grid.layers[..header.streamed as usize] {
             layer.heights_m = vec![[0.0; 2]; layer.squares_stored()];
         }
-        for (layer, ranges_m) in grid.layers[header.streamed as usize..].iter_mut().zip(ranges_m) {
-            layer.heights_m = ranges_m;
-        }
+        (header.streamed..).zip(ranges_m).for_each(|(level, ranges_m)| grid.put_level(level, ranges_m));
         grid
     }
 
@@ -144,25 +136,28 @@ impl Grid {
             let (step, side) = (grid.k.pow(level), grid.k.pow(level + 1));
             let [size, inside] = [last.map(|end| end.div_ceil(side)), last.map(|end| end / side)];
             let per_cell = grid.k.pow(options.layers - 1 - level);
-            let room = if level < grid.window.streamed { grid.window.side(level) * per_cell } else { u32::MAX };
-            let stored = size.map(|squares| squares.min(room));
+            let brood = if per_cell > 1 { grid.k } else { 1 };
+            let room = if level < grid.window.streamed { grid.window.side(level) * per_cell / brood } else { u32::MAX };
+            let all = size.map(|squares| squares.div_ceil(brood));
+            let broods = all.map(|broods| broods.min(room));
             let [first_patch, first_place] = [grid.patches(), grid.places()];
-            let wraps = stored != size;
-            let heights_m = Vec::new();
-            let layer =
-                Layer { step, side, size, inside, stored, wraps, per_cell, first_patch, first_place, heights_m };
+            let layer = Layer {
+                step,
+                side,
+                size,
+                inside,
+                brood,
+                broods,
+                wraps: broods != all,
+                positions: Position::all(brood, broods[0]),
+                per_cell,
+                first_patch,
+                first_place,
+                heights_m: Vec::new(),
+            };
             grid.layers.push(layer);
         }
         grid
-    }
-
-    /// Takes the height ranges of a sheet's squares.
-    pub fn put(&mut self, Sheet { level, cell }: Sheet, ranges_m: &[[f32; 2]]) {
-        let layer = &mut self.layers[level as usize];
-        for (range, row_m) in layer.rows_of(cell).zip(ranges_m.chunks(layer.per_cell as usize)) {
-            let columns = range.len();
-            layer.heights_m[range].copy_from_slice(&row_m[..columns]);
-        }
     }
 
     /// Of the samples on level 0, above that of the children.
@@ -199,29 +194,6 @@ impl Grid {
         (0..rows).flat_map(move |row| (0..columns).map(move |column| Square { level, column, row }))
     }
 
-    /// Where what is kept of a square is stored: its position in [`Self::squares`]; on streamed levels that of its sheet's
-    /// place in the window, which must be [held](Self::is_stored).
-    #[inline]
-    pub fn index(&self, square: Square) -> usize {
-        let layer = self.layer(square);
-        let [columns, rows] = layer.stored;
-        let (column, row) =
-            if layer.wraps { (square.column % columns, square.row % rows) } else { (square.column, square.row) };
-        row as usize * columns as usize + column as usize
-    }
-
-    /// Whether anything is kept of a square.
-    #[inline]
-    pub fn is_stored(&self, square: Square) -> bool {
-        square.level >= self.window.streamed || self.window.holds(square.level, self.cell_number(square))
-    }
-
-    /// Whether anything is kept of a square's children. What is not stored shares its place with another square.
-    #[inline]
-    pub fn are_children_stored(&self, square: Square) -> bool {
-        square.level > self.window.streamed || self.window.holds(square.level - 1, self.cell_number(square))
-    }
-
     /// Whether a patch of a square may be split: see `window`.
     #[inline]
     pub fn may_split(&self, square: Square) -> bool {
@@ -239,33 +211,6 @@ impl Grid {
         [square.column / per_cell, square.row / per_cell]
     }
 
-    /// The square that is stored at a position.
-    pub fn square_at(&self, level: u32, index: usize) -> Square {
-        let Layer { stored, wraps, per_cell, .. } = self.layers[level as usize];
-        let at = [index as u32 % stored[0], index as u32 / stored[0]];
-        if !wraps {
-            return Square { level, column: at[0], row: at[1] };
-        }
-        let cell = self.window.holder(level, at.map(|at| at / per_cell));
-        let [column, row] = [0, 1].map(|axis| cell[axis] * per_cell + at[axis] % per_cell);
-        Square { level, column, row }
-    }
-
-    /// All squares of a level that are stored, in the order of the DEM whatever their places: row by row.
-    pub fn runs(&self, level: u32) -> impl Iterator<Item = Run> + use<> {
-        let Layer { stored: [columns, rows], wraps, per_cell, .. } = self.layers[level as usize];
-        let first = if wraps { self.window.first(level).map(|at| at * per_cell) } else { [0; 2] };
-        let before_seam = columns - first[0] % columns;
-        let run = move |row: u32, column: u32, length: u32| {
-            let start = (row % rows) as usize * columns as usize + (column % columns) as usize;
-            (length > 0).then_some(Run { first: Square { level, column, row }, start, length: length as usize })
-        };
-        (first[1]..first[1] + rows).flat_map(move |row| {
-            let seam = first[0] + before_seam;
-            [run(row, first[0], before_seam), run(row, seam, columns - before_seam)].into_iter().flatten()
-        })
-    }
-
     /// Patches of all layers so far. A DEM of the largest size has fewer than 2^32.
     pub fn patches(&self) -> u32 {
         self.layers.last().map_or(0, |layer| layer.first_patch + 2 * layer.size[0] * layer.size[1])
@@ -274,38 +219,14 @@ impl Grid {
     /// A running number over the DEM: level by level, square by square, half by half.
     #[inline]
     pub fn patch_number(&self, patch: Patch) -> u32 {
-        let Square { column, row, .. } = patch.square;
-        let Layer { first_patch, size, .. } = self.layer(patch.square);
-        first_patch + 2 * (row * size[0] + column) + patch.half as u32
-    }
-
-    /// Patches of all layers so far that there is room for.
-    pub fn places(&self) -> u32 {
-        self.layers.last().map_or(0, |layer| layer.first_place + 2 * layer.stored[0] * layer.stored[1])
-    }
-
-    /// The same for patches that are stored, by the position of its square: below [`Self::places`].
-    #[inline]
-    pub fn place_at(&self, patch: Patch, index: usize) -> u32 {
-        self.layer(patch.square).first_place + 2 * index as u32 + patch.half as u32
-    }
-
-    /// The same among the patches of one level.
-    #[inline]
-    pub fn place_in_level(&self, patch: Patch) -> u32 {
-        2 * self.index(patch.square) as u32 + patch.half as u32
-    }
-
-    /// The patch that is stored at a place of a level.
-    pub fn patch_at(&self, level: u32, place: u32) -> Patch {
-        self.square_at(level, place as usize / 2).half(Half::BOTH[place as usize % 2])
+        self.layer(patch.square).patch_number(patch)
     }
 
     /// What all batchings say of a patch, in every view. A tag has 27 bits for a number: on the largest DEMs they begin
     /// again.
     #[inline]
     pub fn tag(&self, patch: Patch) -> PatchTag {
-        PatchTag { patch: self.patch_number(patch) % TAG_NUMBERS, level: patch.square.level }
+        self.layer(patch.square).tag(patch)
     }
 
     #[inline]
@@ -324,12 +245,12 @@ impl Grid {
     /// The world box of a square, clamped to the DEM.
     #[inline]
     pub fn bounds_world(&self, square: Square) -> Aabb {
-        self.bounds_world_at(square, self.index(square))
+        self.bounds_world_at(self.spot(square))
     }
 
     /// The same where its position is known.
     #[inline]
-    pub fn bounds_world_at(&self, square: Square, index: usize) -> Aabb {
+    pub fn bounds_world_at(&self, Spot { square, index, .. }: Spot) -> Aabb {
         let [low, high] = self.heights_m(square.level, index);
         let [x, z] = [self.interval_m(0, square.level, square.column), self.interval_m(1, square.level, square.row)];
         Aabb { min: [x[0], low, z[0]], max: [x[1], high, z[1]] }
@@ -364,14 +285,7 @@ impl Grid {
     /// The map from a patch's local vertices to samples: u leads to the left end, v to the right end.
     #[inline]
     pub fn instance(&self, patch: Patch) -> PatchInstance {
-        let Layer { step, side, .. } = *self.layer(patch.square);
-        let Square { column, row, .. } = patch.square;
-        let (apex, step) = match patch.half {
-            Half::NorthWest => ([column, row], step as i16),
-            Half::SouthEast => ([column + 1, row + 1], -(step as i16)),
-        };
-        let (origin, tag) = (apex.map(|at| (at * side) as i32), self.tag(patch).to_instance());
-        PatchInstance { origin, leg_u: [0, step], leg_v: [step, 0], tag }
+        self.layer(patch.square).instance(patch)
     }
 }
 

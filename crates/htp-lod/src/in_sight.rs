@@ -5,7 +5,7 @@
 //! frustum's planes cross, those that enter or leave, and those where levels have changed. After a jump that is nearly
 //! all there is: then all leaves are collected anew.
 
-use crate::grid::{Grid, Half, Patch, Square};
+use crate::grid::{Grid, Half, Layer, Spot, Square};
 use crate::leaves::{self, Leaf, Sink, coarser_sides, leaf_masks};
 use crate::levels::Levels;
 use crate::sight::{Culling, Sight};
@@ -44,14 +44,16 @@ impl InSight {
 
     /// Follows to a new view: has `slots` draw the leaves that are in sight, and no others.
     pub fn follow(&mut self, grid: &Grid, levels: &Levels, culling: Culling, slots: &mut Slots) {
-        if levels.changed().len().saturating_mul(self.change_cost) > slots.drawn() {
+        let most = slots.drawn().checked_div(self.change_cost).unwrap_or(usize::MAX);
+        let changed: Vec<Square> = levels.changed(grid).take(most.saturating_add(1)).collect();
+        if changed.len() > most {
             return self.collect(grid, levels, culling, slots);
         }
-        levels.changed().iter().for_each(|square| self.mark(grid, *square));
+        changed.into_iter().for_each(|square| self.mark(grid, square));
         let mut visit = Visit { grid, levels, layers: &mut self.layers, slots };
         for cell in grid.squares(grid.top()) {
             // Nothing is coarser than the top layer.
-            visit.square(cell, grid.index(cell), [Some(0); 2], culling);
+            visit.square(grid.spot(cell), [Some(0); 2], culling);
         }
     }
 
@@ -59,7 +61,7 @@ impl InSight {
     fn collect(&mut self, grid: &Grid, levels: &Levels, culling: Culling, slots: &mut Slots) {
         slots.clear();
         self.layers.iter_mut().for_each(|layer| layer.fill(NOTHING));
-        let mut anew = Anew { grid, layers: &mut self.layers, slots };
+        let mut anew = Anew { layers: &mut self.layers, slots };
         grid.squares(grid.top()).for_each(|cell| leaves::collect(grid, levels, cell, culling, &mut anew));
     }
 
@@ -94,18 +96,17 @@ impl InSight {
 
 /// Draws the leaves that are collected, where nothing is drawn.
 struct Anew<'a> {
-    grid: &'a Grid,
     layers: &'a mut [Vec<State>],
     slots: &'a mut Slots,
 }
 
 impl Sink for Anew<'_> {
     #[inline]
-    fn leaf(&mut self, Leaf { patch, mask }: Leaf, index: usize) {
-        self.slots.enter(self.grid.place_at(patch, index), mask, self.grid.instance(patch));
+    fn leaf(&mut self, Leaf { patch, mask }: Leaf, index: usize, layer: &Layer) {
+        self.slots.enter(layer.place_at(patch.half, index), mask, layer.instance(patch));
     }
 
-    fn seen(&mut self, square: Square, index: usize, sight: Sight) {
+    fn seen(&mut self, Spot { square, index, .. }: Spot, sight: Sight) {
         self.layers[square.level as usize][index].sight = sight;
     }
 }
@@ -119,56 +120,57 @@ struct Visit<'a> {
 
 impl Visit<'_> {
     /// `masks` holds the masks of the halves whose parent is split; `culling` is that of what is around the square.
-    fn square(&mut self, square: Square, index: usize, masks: [Option<u8>; 2], culling: Culling) {
-        let Some(culling) = culling.inside(self.grid, square, index) else { return self.clear(square, index) };
-        let split = self.levels.split().halves_at(square.level, index);
+    fn square(&mut self, spot: Spot, masks: [Option<u8>; 2], culling: Culling) {
+        let Some(culling) = culling.inside(self.grid, spot) else { return self.clear(spot) };
+        let split = self.levels.split().halves_at(spot);
         for half in Half::BOTH {
             let mask = masks[half as usize].filter(|_| split & half.bit() == 0);
-            self.set(square.half(half), index, mask);
+            self.set(spot, half, mask);
         }
-        if square.level > 0 && self.must_descend((square.level, index), culling.sight(), split) {
-            self.children(square, split, culling);
+        if spot.square.level > 0 && self.must_descend(spot, culling.sight(), split) {
+            self.children(spot, split, culling);
         }
     }
 
     /// Takes note of the sight, and returns whether something may have changed below a square.
-    fn must_descend(&mut self, (level, index): (u32, usize), sight: Sight, split: u8) -> bool {
-        let state = &mut self.layers[level as usize][index];
+    fn must_descend(&mut self, Spot { square, index, .. }: Spot, sight: Sight, split: u8) -> bool {
+        let state = &mut self.layers[square.level as usize][index];
         let before = std::mem::replace(state, State { sight, changed: false });
         let same_sight = before.sight == Sight::Whole && sight == Sight::Whole;
         before.changed || (split != 0 && !same_sight)
     }
 
-    fn children(&mut self, square: Square, split: u8, culling: Culling) {
-        let coarser = coarser_sides(self.grid, self.levels, square, split);
-        for row in self.grid.brood(square) {
-            for (child, index, kin) in row.children() {
+    fn children(&mut self, parent: Spot, split: u8, culling: Culling) {
+        let coarser = coarser_sides(self.grid, self.levels, parent, split);
+        for row in self.grid.brood(parent.square) {
+            for (child, kin) in row.children() {
                 match leaf_masks(coarser, kin) {
-                    [None, None] => self.clear(child, index),
-                    masks => self.square(child, index, masks, culling),
+                    [None, None] => self.clear(child),
+                    masks => self.square(child, masks, culling),
                 }
             }
         }
     }
 
     /// Draws nothing of a square. Nothing is drawn below what is not split, and so of what is not stored.
-    fn clear(&mut self, square: Square, index: usize) {
-        if !self.grid.is_stored(square) {
+    fn clear(&mut self, spot: Spot) {
+        if !self.grid.is_stored(spot.square) {
             return;
         }
-        if square.level > 0 {
-            let state = &mut self.layers[square.level as usize][index];
+        if spot.square.level > 0 {
+            let state = &mut self.layers[spot.square.level as usize][spot.index];
             if std::mem::replace(&mut state.sight, Sight::None) == Sight::None {
                 return;
             }
-            for row in self.grid.brood(square) {
-                row.children().for_each(|(child, index, _)| self.clear(child, index));
+            for row in self.grid.brood(spot.square) {
+                row.children().for_each(|(child, _)| self.clear(child));
             }
         }
-        Half::BOTH.into_iter().for_each(|half| self.set(square.half(half), index, None));
+        Half::BOTH.into_iter().for_each(|half| self.set(spot, half, None));
     }
 
-    fn set(&mut self, patch: Patch, index: usize, mask: Option<u8>) {
+    fn set(&mut self, Spot { square, index, .. }: Spot, half: Half, mask: Option<u8>) {
+        let patch = square.half(half);
         self.slots.set(self.grid.place_at(patch, index), mask, || self.grid.instance(patch));
     }
 }

@@ -6,7 +6,7 @@
 //! drawn.
 
 use crate::blocks::ALL_COLLAPSED;
-use crate::grid::{Grid, Half, Kin, Patch, Square};
+use crate::grid::{Grid, Half, Kin, Layer, Patch, Spot, Square};
 use crate::levels::Levels;
 use crate::sight::{Culling, Sight};
 
@@ -20,23 +20,23 @@ pub(crate) struct Leaf {
 
 /// What becomes of the leaves, and what is to be known of the way to them.
 pub(crate) trait Sink {
-    /// A leaf, and the position of its square.
-    fn leaf(&mut self, leaf: Leaf, index: usize);
+    /// A leaf, the position of its square, and the squares of its level.
+    fn leaf(&mut self, leaf: Leaf, index: usize, layer: &Layer);
 
     /// A square above the finest layer that is in sight, and so much of it.
-    fn seen(&mut self, _square: Square, _index: usize, _sight: Sight) {}
+    fn seen(&mut self, _spot: Spot, _sight: Sight) {}
 }
 
 impl Sink for Vec<Leaf> {
-    fn leaf(&mut self, leaf: Leaf, _index: usize) {
+    fn leaf(&mut self, leaf: Leaf, _index: usize, _layer: &Layer) {
         self.push(leaf);
     }
 }
 
 /// The coarser sides of the halves of a square that are split.
 #[inline]
-pub(crate) fn coarser_sides(grid: &Grid, levels: &Levels, square: Square, split: u8) -> [Option<u8>; 2] {
-    let [north_west, south_east] = levels.split().coarser_sides_of_both(grid, square);
+pub(crate) fn coarser_sides(grid: &Grid, levels: &Levels, spot: Spot, split: u8) -> [Option<u8>; 2] {
+    let [north_west, south_east] = levels.split().coarser_sides(grid, spot);
     let of = |half: Half, sides: u8| (split & half.bit() != 0).then_some(sides);
     [of(Half::NorthWest, north_west), of(Half::SouthEast, south_east)]
 }
@@ -54,7 +54,7 @@ pub(crate) fn leaf_masks(coarser_sides: [Option<u8>; 2], kin: &Kin) -> [Option<u
 /// Passes on the leaves of one cell whose square may be in sight.
 pub(crate) fn collect(grid: &Grid, levels: &Levels, cell: Square, culling: Culling, sink: &mut impl Sink) {
     // Nothing is coarser than the top layer.
-    Visit { grid, levels, sink }.square(cell, grid.index(cell), [Some(0); 2], culling);
+    Visit { grid, levels, sink }.square(grid.spot(cell), [Some(0); 2], culling);
 }
 
 struct Visit<'a, S> {
@@ -65,42 +65,43 @@ struct Visit<'a, S> {
 
 impl<S: Sink> Visit<'_, S> {
     /// `masks` holds the masks of the halves whose parent is split; `culling` is that of what is around the square.
-    fn square(&mut self, square: Square, index: usize, masks: [Option<u8>; 2], culling: Culling) {
-        let Some(culling) = culling.inside(self.grid, square, index) else { return };
-        let split = self.levels.split().halves_at(square.level, index);
-        self.leaves(square, index, masks, split);
-        if square.level > 0 {
-            self.sink.seen(square, index, culling.sight());
+    fn square(&mut self, spot: Spot, masks: [Option<u8>; 2], culling: Culling) {
+        let Some(culling) = culling.inside(self.grid, spot) else { return };
+        let split = self.levels.split().halves_at(spot);
+        self.leaves(spot, masks, split, self.grid.layer(spot.square));
+        if spot.square.level > 0 {
+            self.sink.seen(spot, culling.sight());
             if split != 0 {
-                self.children(square, split, culling);
+                self.children(spot, split, culling);
             }
         }
     }
 
     /// The halves that are not split.
     #[inline]
-    fn leaves(&mut self, square: Square, index: usize, masks: [Option<u8>; 2], split: u8) {
+    fn leaves(&mut self, Spot { square, index, .. }: Spot, masks: [Option<u8>; 2], split: u8, layer: &Layer) {
         for half in Half::BOTH {
             let Some(mask) = masks[half as usize] else { continue };
             if split & half.bit() == 0 {
                 let patch = square.half(half);
                 assert_ne!(mask, ALL_COLLAPSED, "{patch:?} meets coarser patches on all sides");
-                self.sink.leaf(Leaf { patch, mask }, index);
+                self.sink.leaf(Leaf { patch, mask }, index, layer);
             }
         }
     }
 
-    fn children(&mut self, parent: Square, split: u8, culling: Culling) {
+    fn children(&mut self, parent: Spot, split: u8, culling: Culling) {
         let coarser = coarser_sides(self.grid, self.levels, parent, split);
+        let finest = &self.grid.layers[0];
         // Most leaves are of the finest layer, and most of their parents wholly in sight.
-        let are_leaves_in_sight = parent.level == 1 && culling.is_whole();
-        for row in self.grid.brood(parent) {
-            for (square, index, kin) in row.children() {
+        let are_leaves_in_sight = parent.square.level == 1 && culling.is_whole();
+        for row in self.grid.brood(parent.square) {
+            for (child, kin) in row.children() {
                 let masks = leaf_masks(coarser, kin);
                 if are_leaves_in_sight {
-                    self.leaves(square, index, masks, 0);
+                    self.leaves(child, masks, 0, finest);
                 } else if masks != [None; 2] {
-                    self.square(square, index, masks, culling);
+                    self.square(child, masks, culling);
                 }
             }
         }

@@ -19,7 +19,9 @@ pub(crate) struct Levels {
     split: Split,
     /// Those of the view before, where all is closed anew.
     before: Split,
-    changed: Vec<Square>,
+    is_closed_anew: bool,
+    /// What has changed, where it is not.
+    changes: Vec<Change>,
     /// Whether more or less may be split than in the last view.
     reopened: bool,
 }
@@ -30,7 +32,8 @@ impl Levels {
         let wishes = Wishes::new(grid);
         let split = Split(wishes.halves().to_vec());
         let (before, closure) = (split.clone(), Closure::new(grid));
-        Self { wishes, closure, odometer: Odometer::default(), before, split, changed: Vec::new(), reopened: false }
+        let odometer = Odometer::default();
+        Self { wishes, closure, odometer, before, split, is_closed_anew: false, changes: Vec::new(), reopened: false }
     }
 
     /// The split patches.
@@ -41,7 +44,8 @@ impl Levels {
     /// Follows to a new view: decides what may have changed, and no more. What comes out is the same as if all were
     /// decided anew.
     pub fn follow(&mut self, rule: &Rule, view: &terrain_core::View) {
-        self.changed.clear();
+        self.changes.clear();
+        self.is_closed_anew = false;
         let all_anew = !self.odometer.advance(view);
         if all_anew {
             self.wishes.expire();
@@ -51,8 +55,7 @@ impl Levels {
         if all_anew || self.closure.is_cheaper_anew(&self.wishes) {
             return self.close(rule.grid, Some(rule));
         }
-        let changes = self.closure.follow(rule, &self.odometer, &self.wishes, &mut self.split, reopened);
-        changes.into_iter().for_each(|change| note(&mut self.changed, rule.grid, change));
+        self.changes = self.closure.follow(rule, &self.odometer, &self.wishes, &mut self.split, reopened);
     }
 
     /// To be told when more or less may be split than before, since cells have come or gone; `fewer` are those in which
@@ -71,38 +74,39 @@ impl Levels {
     }
 
     /// Squares that hold a patch that was split or merged by the last view, and those beyond such a patch's sides:
-    /// their children are drawn otherwise than before. Some may come twice.
-    pub fn changed(&self) -> &[Square] {
-        &self.changed
+    /// their children are drawn otherwise than before. Some may come twice. They are found one by one: who has seen
+    /// that they are too many need not ask for the others.
+    pub fn changed<'a>(&'a self, grid: &'a Grid) -> impl Iterator<Item = Square> + 'a {
+        let levels = (1..=grid.top()).filter(|_| self.is_closed_anew);
+        let differences = levels.flat_map(|level| self.differences(grid, level));
+        self.changes.iter().copied().chain(differences).flat_map(|change| concerned(grid, change))
     }
 
     /// The split patches are the wishes and all that they entail.
     fn close(&mut self, grid: &Grid, rule: Option<&Rule>) {
         std::mem::swap(&mut self.split, &mut self.before);
         self.closure.close(grid, &self.wishes, &mut self.split, rule.map(|rule| (rule, &self.odometer)));
-        for level in 1..=grid.top() {
-            self.compare(grid, level);
-        }
+        self.is_closed_anew = true;
     }
 
-    /// Lists what has changed on one level.
-    fn compare(&mut self, grid: &Grid, level: u32) {
+    /// What has changed on one level since all was closed anew.
+    fn differences<'a>(&'a self, grid: &'a Grid, level: u32) -> impl Iterator<Item = Change> + 'a {
         /// Squares that are compared at once: on large DEMs most are as before.
         const RUN: usize = 64;
-        let Self { split, before, changed, .. } = self;
-        let runs = split.0[level as usize].chunks(RUN).zip(before.0[level as usize].chunks(RUN)).enumerate();
-        for (run, (now, before)) in runs.filter(|(_, (now, before))| now != before) {
-            for (at, (now, before)) in now.iter().zip(before).enumerate().filter(|(_, (now, before))| now != before) {
-                let square = grid.square_at(level, RUN * run + at);
-                note(changed, grid, Change { square, halves: now ^ before });
-            }
-        }
+        let [now, before] = [&self.split, &self.before].map(|split| split.0[level as usize].chunks(RUN));
+        let runs = (0..).step_by(RUN).zip(now.zip(before)).filter(|(_, (now, before))| now != before);
+        let squares = runs.flat_map(|(start, (now, before))| (start..).zip(now.iter().zip(before)));
+        let changed = squares.filter(|(_, (now, before))| now != before);
+        changed.map(move |(index, (now, before))| Change {
+            square: grid.spot_at(level, index).square,
+            halves: now ^ before,
+        })
     }
 
     /// Takes wishes as given, whatever the metric.
     #[cfg(test)]
     pub fn choose(&mut self, grid: &Grid, wish: impl Fn(Square) -> u8) {
-        self.changed.clear();
+        self.changes.clear();
         self.wishes.set(grid, wish);
         self.close(grid, None);
     }
@@ -126,13 +130,10 @@ impl Levels {
     }
 }
 
-/// Lists a change, and what lies beyond its sides.
-fn note(changed: &mut Vec<Square>, grid: &Grid, change: Change) {
-    changed.push(change.square);
-    for patch in change.patches() {
-        // Beyond the hypotenuse the square is the same.
-        for side in [Side::Left, Side::Right] {
-            changed.extend(grid.neighbour(patch, side).map(|beyond| beyond.square));
-        }
-    }
+/// The square of a change, and those beyond its sides.
+fn concerned(grid: &Grid, change: Change) -> impl Iterator<Item = Square> {
+    // Beyond the hypotenuse the square is the same.
+    let sides = change.patches().flat_map(|patch| [Side::Left, Side::Right].map(|side| (patch, side)));
+    let beyond = sides.filter_map(|(patch, side)| Some(grid.neighbour(patch, side)?.square));
+    std::iter::once(change.square).chain(beyond)
 }

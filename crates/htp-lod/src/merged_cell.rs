@@ -56,11 +56,11 @@ impl MergedCell {
 
     /// Phase 4, continued: the cells in sight, and the lists that are out of date.
     pub fn select(&mut self, grid: &Grid, levels: &Levels, culling: Culling) {
-        for square in levels.changed() {
-            self.cells[grid.index(grid.cell_of(*square))].is_current = false;
+        for square in levels.changed(grid) {
+            self.cells[grid.index(grid.cell_of(square))].is_current = false;
         }
         self.visible.clear();
-        let in_sight = |cell: &Square| culling.inside(grid, *cell, grid.index(*cell)).is_some();
+        let in_sight = |cell: &Square| culling.inside(grid, grid.spot(*cell)).is_some();
         self.visible.extend(grid.squares(grid.top()).filter(in_sight));
     }
 

@@ -2,7 +2,7 @@
 //! are not. See `closure` for when this is asked, and of what.
 
 use crate::border::{Border, BorderChild, sides_of};
-use crate::grid::{Grid, Patch, Square};
+use crate::grid::{Grid, Half, Patch, Spot, Square};
 use crate::rule::{Answer, Rule};
 use crate::split::Split;
 use terrain_core::odometer::{NEVER, Odometer};
@@ -17,7 +17,13 @@ pub(crate) struct Repair<'a> {
 /// What comes out for a split patch with given patches around it, until a deadline.
 pub(crate) struct Verdict {
     pub deadline_m: f64,
-    pub wants: Wants,
+    /// Few patches have any.
+    pub wants: Option<Box<Wants>>,
+}
+
+impl Verdict {
+    /// Of what is not split, or has no coarser sides.
+    pub const NOTHING: Self = Self { deadline_m: NEVER, wants: None };
 }
 
 /// What blocks need that are too bad: most patches' need nothing.
@@ -27,12 +33,6 @@ pub(crate) struct Wants {
     pub split: Vec<Patch>,
     /// What stays too bad.
     pub denied: Vec<DeniedBlock>,
-}
-
-impl Wants {
-    pub fn is_empty(&self) -> bool {
-        self.split.is_empty() && self.denied.is_empty()
-    }
 }
 
 /// A block that is too bad and stays so, since the patch beyond one of its sides may not be split.
@@ -48,37 +48,39 @@ impl Repair<'_> {
         self.rule.grid
     }
 
-    /// Judges the blocks of a patch's children by what is split now. Nothing is wanted around what is not split.
-    pub fn judge(&self, split: &Split, parent: Patch) -> Verdict {
-        let mut verdict = Verdict { deadline_m: NEVER, wants: Wants::default() };
-        if !split.contains(self.grid(), parent) {
-            return verdict;
-        }
-        let coarser = split.coarser_sides(self.grid(), parent);
-        if coarser == 0 || self.are_all_fine(parent, coarser, &mut verdict) {
-            return verdict;
-        }
-        for (child, patch) in self.border.touching(self.grid(), parent, coarser) {
-            if !split.contains(self.grid(), patch) {
-                let leaf = Leaf { parent, child, square: patch.square };
-                self.judge_leaf(&leaf, coarser & child.touched, &mut verdict);
+    /// Judges the blocks of a split patch's children by what is split now, with the distance to its square and its
+    /// coarser sides.
+    pub fn judge(&self, split: &Split, parent: Spot, half: Half, (distance_m, coarser): (f64, u8)) -> Verdict {
+        let mut verdict = Verdict::NOTHING;
+        // Mostly all blocks are fine even where the eye is nearest to the patch: one comparison for all of them.
+        let error = self.rule.worst_block_error(parent, half, coarser);
+        if error > 0 {
+            let answer = self.rule.is_too_bad(distance_m, error);
+            if answer.near {
+                self.judge_blocks(split, parent.square.half(half), (distance_m, coarser), &mut verdict);
+            } else {
+                self.note(answer, &mut verdict);
             }
         }
         verdict
     }
 
-    /// Whether all blocks are fine even where the eye is nearest to the patch: one comparison for all of them, and
-    /// mostly the only one.
-    fn are_all_fine(&self, parent: Patch, coarser: u8, verdict: &mut Verdict) -> bool {
-        let error = self.rule.worst_block_error(parent, coarser);
-        if error == 0 {
-            return true;
+    /// One by one. Most are fine where the eye is nearest to the parent, so no nearer to the child.
+    fn judge_blocks(&self, split: &Split, parent: Patch, (distance_m, coarser): (f64, u8), verdict: &mut Verdict) {
+        for child in self.border.children.iter().filter(|child| child.touched & coarser != 0) {
+            let mask = coarser & child.touched;
+            let error = self.rule.block_error(parent, child, mask);
+            let answer = self.rule.is_too_bad(distance_m, error);
+            if answer.near {
+                let leaf =
+                    self.border.child(self.grid(), parent, child).filter(|patch| !split.contains(self.grid(), *patch));
+                if let Some(Patch { square, .. }) = leaf {
+                    self.judge_leaf(&Leaf { parent, child: *child, square }, mask, verdict);
+                }
+            } else if error > 0 {
+                self.note(answer, verdict);
+            }
         }
-        let answer = self.rule.is_too_bad(self.rule.distance_m(parent.square), error);
-        if !answer.near {
-            self.note(answer, verdict);
-        }
-        !answer.near
     }
 
     fn note(&self, answer: Answer, verdict: &mut Verdict) {
@@ -90,13 +92,13 @@ impl Repair<'_> {
         for side in sides_of(mask & !kept) {
             let beyond = self.grid().neighbour(leaf.parent, side).expect("a coarser side has a neighbour");
             if self.grid().may_split(beyond.square) {
-                verdict.wants.split.push(beyond);
+                verdict.wants.get_or_insert_default().split.push(beyond);
                 mask &= !side.bit();
             }
         }
         if mask & !kept != 0 {
             let error = self.rule.block_error(leaf.parent, &leaf.child, mask);
-            verdict.wants.denied.push(DeniedBlock { square: leaf.square, error });
+            verdict.wants.get_or_insert_default().denied.push(DeniedBlock { square: leaf.square, error });
         }
     }
 

@@ -12,7 +12,7 @@
 
 use crate::border::BorderChild;
 use crate::errors::ErrorTable;
-use crate::grid::{Grid, Half, Patch, Square};
+use crate::grid::{Grid, Half, Patch, Spot, Square};
 use crate::options::{LevelMetric, Options};
 use terrain_core::View;
 
@@ -93,8 +93,8 @@ impl<'a> Rule<'a> {
     }
 
     /// The halves of a square that want to be split, and the slack of both answers.
-    pub fn wish(&self, square: Square) -> (u8, f64) {
-        Self::wish_at(self.distance_m(square), self.reaches_m(square, self.grid.index(square)))
+    pub fn wish(&self, spot: Spot) -> (u8, f64) {
+        Self::wish_at(self.distance_at_m(spot), self.reaches_m(spot))
     }
 
     /// The same in a distance that is known, and with the reaches of both halves.
@@ -105,9 +105,9 @@ impl<'a> Rule<'a> {
         (halves, sooner(north_west.slack_m, south_east.slack_m))
     }
 
-    /// How far the halves of a square at a position reach.
+    /// How far the halves of a square reach.
     #[inline(always)] // in the innermost loop of a jump
-    pub fn reaches_m(&self, square: Square, index: usize) -> [f64; 2] {
+    pub fn reaches_m(&self, Spot { square, index, .. }: Spot) -> [f64; 2] {
         match &self.metric {
             Metric::Distance { reach_m } => [reach_m[square.level as usize]; 2],
             Metric::Box { reach_per_metre } => {
@@ -130,9 +130,9 @@ impl<'a> Rule<'a> {
 
     /// The largest error of a patch's border children where these sides are coarser.
     #[inline]
-    pub fn worst_block_error(&self, parent: Patch, coarser: u8) -> u16 {
+    pub fn worst_block_error(&self, parent: Spot, half: Half, coarser: u8) -> u16 {
         match &self.metric {
-            Metric::Error { table, .. } => table.worst_block(self.grid, parent, coarser),
+            Metric::Error { table, .. } => table.worst_block(parent, half, coarser),
             _ => 0,
         }
     }
@@ -148,7 +148,7 @@ impl<'a> Rule<'a> {
 
     /// How many pixels the metric counts for the worst of some halves of a square, where the limit would split them.
     pub fn patch_px(&self, square: Square, halves: u8) -> f64 {
-        let reaches_m = Half::BOTH.map(|half| (half, self.reaches_m(square, self.grid.index(square))[half as usize]));
+        let reaches_m = Half::BOTH.map(|half| (half, self.reaches_m(self.grid.spot(square))[half as usize]));
         let of = reaches_m.into_iter().filter(|(half, _)| halves & half.bit() != 0).map(|(_, reach_m)| reach_m);
         self.px(square, of.fold(0.0, f64::max))
     }
@@ -173,7 +173,13 @@ impl<'a> Rule<'a> {
 
     #[inline]
     pub fn distance_m(&self, square: Square) -> f64 {
-        self.view.distance_m(&self.grid.bounds_world(square))
+        self.distance_at_m(self.grid.spot(square))
+    }
+
+    /// The same where its position is known.
+    #[inline]
+    pub fn distance_at_m(&self, spot: Spot) -> f64 {
+        self.view.distance_m(&self.grid.bounds_world_at(spot))
     }
 
     /// Finds the ways to a square's children.

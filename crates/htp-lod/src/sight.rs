@@ -1,6 +1,6 @@
 //! How much of a square may be in sight, found from the top down.
 
-use crate::grid::{Grid, Square};
+use crate::grid::{Grid, Spot};
 use terrain_core::{Planes, View};
 
 /// How much of a square may be in sight.
@@ -34,11 +34,11 @@ impl<'a> Culling<'a> {
         if self.is_whole() { Sight::Whole } else { Sight::Part }
     }
 
-    /// For what is inside of a square at a position, in what this one is for; none where it is out of sight.
+    /// For what is inside of a square, in what this one is for; none where it is out of sight.
     #[inline]
-    pub fn inside(self, grid: &Grid, square: Square, index: usize) -> Option<Self> {
+    pub fn inside(self, grid: &Grid, spot: Spot) -> Option<Self> {
         let Some((view, planes)) = self.0 else { return Some(self) };
-        let planes = view.planes_across(&grid.bounds_world_at(square, index), planes)?;
+        let planes = view.planes_across(&grid.bounds_world_at(spot), planes)?;
         Some(Self((planes != Planes::NONE).then_some((view, planes))))
     }
 }

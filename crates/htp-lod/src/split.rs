@@ -1,7 +1,7 @@
 //! Sets of patches that are split, and where they end.
 
-use crate::blocks::Side;
-use crate::grid::{BOTH_HALVES, Grid, Half, Patch, Run, Square};
+use crate::blocks::ALL_COLLAPSED;
+use crate::grid::{BOTH_HALVES, Grid, Half, Patch, Spot, Square};
 
 /// A set of patches: bits by level and square. Nothing on level 0, which has nothing finer.
 #[derive(Clone)]
@@ -11,18 +11,26 @@ impl Split {
     /// The halves of a square that are split.
     #[inline]
     pub fn halves(&self, grid: &Grid, square: Square) -> u8 {
-        self.halves_at(square.level, grid.index(square))
+        self.halves_at(grid.spot(square))
     }
 
-    /// The same by the square's position.
+    /// The same where its position is known.
     #[inline]
-    pub fn halves_at(&self, level: u32, index: usize) -> u8 {
-        if level == 0 { 0 } else { self.0[level as usize][index] }
+    pub fn halves_at(&self, Spot { square, index, .. }: Spot) -> u8 {
+        if square.level == 0 { 0 } else { self.0[square.level as usize][index] }
     }
 
     #[inline]
     pub fn contains(&self, grid: &Grid, patch: Patch) -> bool {
         self.halves(grid, patch.square) & patch.half.bit() != 0
+    }
+
+    /// Whether any of a patch's children of its own half is split, given by their positions in the brood. Nothing is
+    /// split beyond the DEM.
+    #[inline]
+    pub fn any_child(&self, grid: &Grid, Patch { square, half }: Patch, positions: &[usize]) -> bool {
+        let (level, start) = (square.level as usize - 1, grid.brood_start(square));
+        positions.iter().any(|at| self.0[level][start + at] & half.bit() != 0)
     }
 
     /// Adds halves of a square; returns those that were not there.
@@ -38,59 +46,32 @@ impl Split {
         std::mem::replace(&mut self.0[square.level as usize][grid.index(square)], halves)
     }
 
-    /// Appends the patches of a level that have coarser sides, square by square, row by row over the DEM.
-    pub fn frontier(&self, grid: &Grid, level: u32, list: &mut Vec<Patch>) {
-        let (bits, layer) = (&self.0[level as usize], &grid.layers[level as usize]);
-        let columns = layer.stored[0] as usize;
-        for Run { first, start, length } in grid.runs(level) {
-            let line = &bits[start..start + length];
-            // Beyond the seams of a window the next position is not the next square.
-            let ends = if layer.wraps {
-                [0, columns - 1].map(|end| end.wrapping_sub(start % columns))
-            } else {
-                [usize::MAX; 2]
-            };
-            let is_inside = |at: usize| !ends.contains(&at) && is_inside(bits, columns, start + at);
-            for at in non_zero(line).filter(|at| !is_inside(*at)) {
-                let square = Square { column: first.column + at as u32, ..first };
-                let sides = self.coarser_sides_of_both(grid, square);
-                for half in Half::BOTH {
-                    if line[at] & half.bit() != 0 && sides[half as usize] != 0 {
-                        list.push(square.half(half));
-                    }
-                }
+    /// Appends the squares of a level that hold split patches with coarser sides.
+    pub fn frontier(&self, grid: &Grid, level: u32, list: &mut Vec<Spot>) {
+        let bits = &self.0[level as usize];
+        for index in non_zero(bits) {
+            let spot = grid.spot_at(level, index);
+            let [north_west, south_east] = self.coarser_sides(grid, spot);
+            let with_coarser = (north_west != 0) as u8 + 2 * (south_east != 0) as u8;
+            if bits[index] & with_coarser != 0 {
+                list.push(spot);
             }
         }
     }
 
-    /// [`Self::coarser_sides`] of both halves of a square, as if both were split.
+    /// Of both halves of a square, as if both were split: the sides beyond which nothing is split. There the children
+    /// meet a coarser neighbour.
     #[inline]
-    pub fn coarser_sides_of_both(&self, grid: &Grid, square: Square) -> [u8; 2] {
-        [self.coarser_sides(grid, square.half(Half::NorthWest)), self.coarser_sides(grid, square.half(Half::SouthEast))]
+    pub fn coarser_sides(&self, grid: &Grid, spot: Spot) -> [u8; 2] {
+        let bits = &self.0[spot.square.level as usize];
+        let [west, north, east, south] = grid.around(spot, |index| bits[index], BOTH_HALVES);
+        let own = bits[spot.index];
+        let coarser = |half: Half, [hypotenuse, left, right]: [u8; 3]| {
+            let is_split = |halves: u8| halves >> half as u8 & 1;
+            ALL_COLLAPSED ^ (is_split(hypotenuse) | is_split(left) << 1 | is_split(right) << 2)
+        };
+        [coarser(Half::SouthEast, [own, west, north]), coarser(Half::NorthWest, [own, east, south])]
     }
-
-    /// The sides of a split patch beyond which nothing is split: there its children meet a coarser neighbour.
-    #[inline]
-    pub fn coarser_sides(&self, grid: &Grid, patch: Patch) -> u8 {
-        let (bits, other) = (&self.0[patch.square.level as usize], patch.half.other().bit());
-        let beyond = grid.beyond(patch);
-        let coarser = |side: Side| beyond[side as usize].is_some_and(|index| bits[index] & other == 0);
-        let bit = |side: Side| side.bit() * coarser(side) as u8;
-        bit(Side::Hypotenuse) | bit(Side::Left) | bit(Side::Right)
-    }
-}
-
-/// Whether all is split in a square, given by its position, and beyond its sides: most of what is split at all. Beyond
-/// the rim nothing is, so that squares along it may be told otherwise.
-fn is_inside(bits: &[u8], columns: usize, index: usize) -> bool {
-    let has = |index: Option<usize>, half: Half| {
-        index.and_then(|index| bits.get(index)).is_some_and(|bits| bits & half.bit() != 0)
-    };
-    bits[index] == BOTH_HALVES
-        && has(index.checked_sub(1), Half::SouthEast)
-        && has(index.checked_sub(columns), Half::SouthEast)
-        && has(Some(index + 1), Half::NorthWest)
-        && has(Some(index + columns), Half::NorthWest)
 }
 
 /// Positions of the bytes other than 0. On large DEMs nearly all are 0.
@@ -107,6 +88,7 @@ mod tests {
     use crate::cells::{CellFile, cut};
     use crate::options::Options;
     use crate::wishes::Wishes;
+    use std::collections::BTreeSet;
     use std::sync::Arc;
     use terrain_core::{Heightmap, SplitMix64};
 
@@ -123,7 +105,7 @@ mod tests {
 
     /// Next to a seam the byte before or after is another square's.
     #[test]
-    fn the_frontier_of_a_window_is_that_of_square_by_square_in_the_order_of_the_dem() {
+    fn the_frontier_of_a_window_is_that_of_square_by_square() {
         let mut random = SplitMix64::new(1);
         for (window, eye) in [(2, [5, 5]), (3, [7, 3]), (3, [12, 8]), (5, [4, 6]), (13, [6, 6])] {
             let grid = grid(window, eye);
@@ -137,10 +119,15 @@ mod tests {
                 }
                 let mut found = Vec::new();
                 split.frontier(&grid, 1, &mut found);
-                let patches = stored().flat_map(|square| Half::BOTH.map(|half| square.half(half)));
-                let is_frontier =
-                    |patch: &Patch| split.contains(&grid, *patch) && split.coarser_sides(&grid, *patch) != 0;
-                let expected: Vec<Patch> = patches.filter(is_frontier).collect();
+                let is_frontier = |square: &Square| {
+                    let sides = split.coarser_sides(&grid, grid.spot(*square));
+                    let split = Half::BOTH.map(|half| split.contains(&grid, square.half(half)));
+                    split[0] && sides[0] != 0 || split[1] && sides[1] != 0
+                };
+                let expected: BTreeSet<usize> = stored().filter(is_frontier).map(|square| grid.index(square)).collect();
+                let length = found.len();
+                let found: BTreeSet<usize> = found.into_iter().map(|spot| spot.index).collect();
+                assert_eq!(found.len(), length);
                 assert_eq!(found, expected, "window {window}, eye {eye:?}");
             }
         }

@@ -95,11 +95,6 @@ impl Window {
         self.levels[level as usize].holder(place).expect("a place that is in use")
     }
 
-    /// The first cell of a level's window.
-    pub fn first(&self, level: u32) -> [u32; 2] {
-        self.levels[level as usize].first()
-    }
-
     /// By level: the first cell of its window.
     pub fn first_cells(&self) -> [[u32; 2]; HeightTiles::MAX_LEVELS] {
         std::array::from_fn(|level| self.levels.get(level).map_or([0; 2], Torus::first))

@@ -6,8 +6,9 @@
 //! Every square knows the odometer reading at which one of the decisions in it, or in any square below it, may flip.
 //! A frame visits only the squares where that has come, which are few: see `odometer`.
 
-use crate::grid::{BOTH_HALVES, Grid, Half, Square};
+use crate::grid::{BOTH_HALVES, Grid, Half, Spot, Square};
 use crate::rule::{Rule, Ways, sooner};
+use crate::window::Sheet;
 use std::collections::BTreeMap;
 use terrain_core::odometer::{NEVER, Odometer, PASSED, rounded_down};
 
@@ -59,9 +60,9 @@ impl Wishes {
             // Without its sheet, the places are another cell's.
             let is_stored = level == grid.window.streamed || grid.window.holds(level, *cell);
             if is_stored && !grid.window.may_split(level, *cell) {
-                let rows = grid.layers[level as usize].rows_of(*cell);
-                let wished = rows.flatten().filter(|index| self.halves[level as usize][*index] != 0);
-                due.extend(wished.map(|index| grid.square_at(level, index)));
+                let indices = grid.runs(Sheet { level, cell: *cell }).flat_map(|run| run.stored);
+                let wished = indices.filter(|index| self.halves[level as usize][*index] != 0);
+                due.extend(wished.map(|index| grid.spot_at(level, index).square));
             }
         }
         due.into_iter().for_each(|square| self.expire_path(grid, square));
@@ -104,11 +105,12 @@ impl Wishes {
         if grid.top() == 0 {
             return;
         }
-        for (index, cell) in grid.squares(grid.top()).enumerate() {
-            if odometer.has_passed(self.deadlines_m[cell.level as usize][index].into()) {
+        for cell in grid.squares(grid.top()).map(|cell| grid.spot(cell)) {
+            let level = grid.top() as usize;
+            if odometer.has_passed(self.deadlines_m[level][cell.index].into()) {
                 let (wish, slack_m) = rule.wish(cell);
-                let deadline_m = self.decide(rule, odometer, (cell, index), wish, odometer.deadline_m(slack_m));
-                self.deadlines_m[cell.level as usize][index] = rounded_down(deadline_m);
+                let deadline_m = self.decide(rule, odometer, cell, wish, odometer.deadline_m(slack_m));
+                self.deadlines_m[level][cell.index] = rounded_down(deadline_m);
             }
         }
     }
@@ -121,15 +123,8 @@ impl Wishes {
     /// Takes note of what a square at a position wishes for until a deadline, and has its children visited where that may
     /// concern them. Returns the next deadline of any.
     #[inline]
-    fn decide(
-        &mut self,
-        rule: &Rule,
-        odometer: &Odometer,
-        (square, index): (Square, usize),
-        mut wish: u8,
-        deadline_m: f64,
-    ) -> f64 {
-        let grid = rule.grid;
+    fn decide(&mut self, rule: &Rule, odometer: &Odometer, spot: Spot, mut wish: u8, deadline_m: f64) -> f64 {
+        let (grid, Spot { square, index, .. }) = (rule.grid, spot);
         if square.level <= grid.window.streamed {
             let denied = if grid.may_split(square) { 0 } else { wish };
             self.deny(grid, square, denied);
@@ -144,22 +139,22 @@ impl Wishes {
         if square.level == 1 || (wish == 0 && !flips) {
             deadline_m
         } else if wish == 0 {
-            self.merge_children(rule, odometer, square);
+            self.merge_children(rule, odometer, spot);
             deadline_m
         } else {
-            sooner(deadline_m, self.visit_children(rule, odometer, square, wish, flips))
+            sooner(deadline_m, self.visit_children(rule, odometer, spot, wish, flips))
         }
     }
 
     /// Decides for the children that are due, or for all. Returns the next deadline of any.
-    fn visit_children(&mut self, rule: &Rule, odometer: &Odometer, parent: Square, wish: u8, all: bool) -> f64 {
-        let (grid, level, mut soonest_m) = (rule.grid, parent.level - 1, NEVER);
+    fn visit_children(&mut self, rule: &Rule, odometer: &Odometer, parent: Spot, wish: u8, all: bool) -> f64 {
+        let (grid, level, mut soonest_m) = (rule.grid, parent.square.level - 1, NEVER);
         let mut ways = Ways::default();
-        rule.measure_ways(parent, &mut ways);
-        for row in grid.brood(parent) {
+        rule.measure_ways(parent.square, &mut ways);
+        for row in grid.brood(parent.square) {
             let j = row.j;
-            for (i, (square, index, kin)) in row.children().enumerate() {
-                let due_m = if all { PASSED } else { self.deadlines_m[level as usize][index].into() };
+            for (i, (child, kin)) in row.children().enumerate() {
+                let due_m = if all { PASSED } else { self.deadlines_m[level as usize][child.index].into() };
                 if !odometer.has_passed(due_m) {
                     soonest_m = sooner(soonest_m, due_m);
                     continue;
@@ -167,12 +162,12 @@ impl Wishes {
                 let with_parent = kin.inside(wish);
                 let (mut wished, mut deadline_m) = (0, NEVER);
                 if with_parent != 0 {
-                    let distance_m = ways.distance_m([i, j], grid.heights_m(level, index));
-                    let (both, slack_m) = Rule::wish_at(distance_m, rule.reaches_m(square, index));
+                    let distance_m = ways.distance_m([i, j], grid.heights_m(level, child.index));
+                    let (both, slack_m) = Rule::wish_at(distance_m, rule.reaches_m(child));
                     (wished, deadline_m) = (both & with_parent, odometer.deadline_m(slack_m));
                 }
-                deadline_m = self.decide(rule, odometer, (square, index), wished, deadline_m);
-                self.deadlines_m[level as usize][index] = rounded_down(deadline_m);
+                deadline_m = self.decide(rule, odometer, child, wished, deadline_m);
+                self.deadlines_m[level as usize][child.index] = rounded_down(deadline_m);
                 soonest_m = sooner(soonest_m, deadline_m);
             }
         }
@@ -181,12 +176,12 @@ impl Wishes {
 
     /// Takes all wishes from a square's children, which are not asked again before it has one. So their deadlines, which
     /// would take most of the time, may stay what they are.
-    fn merge_children(&mut self, rule: &Rule, odometer: &Odometer, parent: Square) {
-        let (level, streamed) = (parent.level - 1, rule.grid.window.streamed);
-        for row in rule.grid.brood(parent) {
-            for (square, index, _) in row.children() {
-                if level <= streamed || self.halves[level as usize][index] != 0 {
-                    self.decide(rule, odometer, (square, index), 0, NEVER);
+    fn merge_children(&mut self, rule: &Rule, odometer: &Odometer, parent: Spot) {
+        let (level, streamed) = (parent.square.level - 1, rule.grid.window.streamed);
+        for row in rule.grid.brood(parent.square) {
+            for (child, _) in row.children() {
+                if level <= streamed || self.halves[level as usize][child.index] != 0 {
+                    self.decide(rule, odometer, child, 0, NEVER);
                 }
             }
         }
@@ -196,14 +191,14 @@ impl Wishes {
     #[cfg(test)]
     pub fn set(&mut self, grid: &Grid, wish: impl Fn(Square) -> u8) {
         for level in (1..=grid.top()).rev() {
-            for (index, square) in grid.squares(level).enumerate() {
+            for square in grid.squares(level) {
                 let parent = grid.parent_square(square);
                 let with_parent = match level == grid.top() {
                     true => BOTH_HALVES,
                     false => grid.kin(square).inside(self.halves[level as usize + 1][grid.index(parent)]),
                 };
                 let wish = if grid.crosses_rim(square) && wish(square) != 0 { BOTH_HALVES } else { wish(square) };
-                self.halves[level as usize][index] = wish & with_parent;
+                self.halves[level as usize][grid.index(square)] = wish & with_parent;
             }
         }
     }

@@ -113,8 +113,10 @@ pub fn main_with(args: impl IntoIterator<Item = OsString>) -> ExitCode {
 /// Help and version as clap prints them; an error as its first line, which says what was found and expected.
 fn refuse(error: &clap::Error) -> ExitCode {
     if !error.use_stderr() {
-        print!("{error}");
-        return ExitCode::SUCCESS;
+        return match print(&error.to_string()) {
+            Ok(()) => ExitCode::SUCCESS,
+            Err(fault) => ExitCode::from(fault.cause as u8),
+        };
     }
     if error.kind() == ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand {
         eprintln!("error: no command; expected bench, report, cmp, mesh, adapters or dem; --help has examples");

@@ -32,8 +32,7 @@ pub(super) fn squares(header: &CellsHeader, level: u32) -> usize {
 
 /// Ranges of the squares of a level, those beyond the DEM included.
 pub(super) fn ranges_m(header: &CellsHeader, grid: &Grid, level: u32) -> Vec<[f32; 2]> {
-    let layer = &grid.layers[level as usize];
-    padded(layer.ranges_m(), layer.size, squares(header, level), 1)
+    padded(&grid.ranges_m(level), grid.layers[level as usize].size, squares(header, level), 1)
 }
 
 /// `record` numbers a square, row by row over the squares that exist, as `side` x `side` squares; zeros beyond.

@@ -1,6 +1,6 @@
 //! Children, parents and neighbours of squares and patches.
 
-use super::{Grid, Half, Patch, Square};
+use super::{Grid, Half, Patch, Spot, Square};
 use crate::blocks::Side;
 
 /// How the halves of a child square lie in its parent: the same for all children in that column and row.
@@ -52,12 +52,10 @@ fn touched_sides(k: u32, child: Half, i: u32, j: u32) -> u8 {
     if i + j < k { touched } else { 0 }
 }
 
-/// Children of a square that are side by side, in the DEM and where they are stored: they lie in one cell.
+/// Children of a square that are side by side in the DEM.
 pub(crate) struct BroodRow<'a> {
     /// The first one.
-    pub first: Square,
-    /// Where it is stored, see [`Grid::index`].
-    pub start: usize,
+    pub first: Spot,
     /// Its row among the children.
     pub j: usize,
     /// Of each.
@@ -65,17 +63,26 @@ pub(crate) struct BroodRow<'a> {
 }
 
 impl<'a> BroodRow<'a> {
-    /// Squares, where they are stored, and their kin.
+    /// With their kin.
     #[inline]
-    pub fn children(self) -> impl Iterator<Item = (Square, usize, &'a Kin)> {
-        let Square { level, column, row } = self.first;
-        let child =
-            move |(i, kin): (usize, &'a Kin)| (Square { level, column: column + i as u32, row }, self.start + i, kin);
-        self.kin.iter().enumerate().map(child)
+    pub fn children(self) -> impl Iterator<Item = (Spot, &'a Kin)> {
+        let Spot { square, index, at } = self.first;
+        let child = move |i| Spot {
+            square: Square { column: square.column + i as u32, ..square },
+            index: index + i,
+            at: at + i,
+        };
+        self.kin.iter().enumerate().map(move |(i, kin)| (child(i), kin))
     }
 }
 
 impl Grid {
+    /// Where the first child of a square is stored.
+    #[inline]
+    pub fn brood_start(&self, Square { level, column, row }: Square) -> usize {
+        self.layers[level as usize - 1].brood_start([column, row])
+    }
+
     /// The squares of the next finer level in a square, row by row.
     #[inline]
     pub fn brood(&self, square: Square) -> impl Iterator<Item = BroodRow<'_>> {
@@ -84,10 +91,9 @@ impl Grid {
         let layer = self.layer(first);
         let [columns, rows] =
             [layer.size[0] - first.column, layer.size[1] - first.row].map(|left| left.min(self.k) as usize);
-        let (start, stride) = (self.index(first), layer.stored[0] as usize);
+        let start = self.brood_start(square);
         (0..rows).map(move |j| BroodRow {
-            first: Square { row: first.row + j as u32, ..first },
-            start: start + j * stride,
+            first: Spot { square: Square { row: first.row + j as u32, ..first }, index: start + j * k, at: j * k },
             j,
             kin: &self.kin[j * k..][..columns],
         })
@@ -95,7 +101,7 @@ impl Grid {
 
     /// The squares alone.
     pub fn children(&self, square: Square) -> impl Iterator<Item = Square> {
-        self.brood(square).flat_map(|row| row.children().map(|(square, ..)| square))
+        self.brood(square).flat_map(|row| row.children().map(|(child, _)| child.square))
     }
 
     /// How a square lies in its parent.
@@ -136,20 +142,20 @@ impl Grid {
         self.exists(square).then_some(square.half(patch.half.other()))
     }
 
-    /// Where the squares beyond a patch's sides are stored: those of its [`Self::neighbour`]s, all at once.
+    /// What there is of the squares in the west, north, east and south of a stored one, by their index; `beyond` for
+    /// those beyond the DEM.
     #[inline]
-    pub fn beyond(&self, patch: Patch) -> [Option<usize>; 3] {
-        if self.layer(patch.square).wraps {
-            return Side::ALL.map(|side| Some(self.index(self.neighbour(patch, side)?.square)));
+    pub fn around<T: Copy>(&self, Spot { square, index, at }: Spot, of: impl Fn(usize) -> T, beyond: T) -> [T; 4] {
+        let (layer, Square { level, column, row }) = (self.layer(square), square);
+        let [columns, rows] = layer.size;
+        let exist = [column > 0, row > 0, column + 1 < columns, row + 1 < rows];
+        if layer.wraps {
+            let index = |(column, row): (u32, u32)| self.index(Square { level, column, row });
+            let west_to_south =
+                [(column.wrapping_sub(1), row), (column, row.wrapping_sub(1)), (column + 1, row), (column, row + 1)];
+            return std::array::from_fn(|side| if exist[side] { of(index(west_to_south[side])) } else { beyond });
         }
-        let (Square { column, row, .. }, index) = (patch.square, self.index(patch.square));
-        let [columns, rows] = self.layer(patch.square).size;
-        let below = columns as usize;
-        match patch.half {
-            Half::NorthWest => [Some(index), (column > 0).then(|| index - 1), (row > 0).then(|| index - below)],
-            Half::SouthEast => {
-                [Some(index), (column + 1 < columns).then(|| index + 1), (row + 1 < rows).then(|| index + below)]
-            }
-        }
+        let away = layer.positions[at].around;
+        std::array::from_fn(|side| if exist[side] { of(index.wrapping_add_signed(away[side])) } else { beyond })
     }
 }

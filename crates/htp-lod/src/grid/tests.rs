@@ -82,8 +82,6 @@ fn neighbours_share_an_edge_and_agree() {
             let edges = [[left, right], [apex, left], [right, apex]];
             for side in Side::ALL {
                 let edge = edges[side as usize];
-                let beyond = grid.neighbour(patch, side).map(|other| grid.index(other.square));
-                assert_eq!(grid.beyond(patch)[side as usize], beyond);
                 let Some(other) = grid.neighbour(patch, side) else {
                     let last = [heightmap.columns() as i32 - 1, heightmap.rows() as i32 - 1];
                     let out = |axis: usize| edge.iter().all(|at| at[axis] <= 0 || at[axis] >= last[axis]);
@@ -94,6 +92,27 @@ fn neighbours_share_an_edge_and_agree() {
                 let [apex, left, right] = corners(&grid, other);
                 let [from, to] = [[left, right], [apex, left], [right, apex]][side as usize];
                 assert_eq!([to, from], edge, "{patch:?} {side:?}");
+            }
+        }
+    }
+}
+
+#[test]
+fn positions_are_those_of_squares_and_of_their_neighbours() {
+    for (_, grid) in grids() {
+        for level in 0..=grid.top() {
+            let stored: BTreeSet<usize> = grid.squares(level).map(|square| grid.index(square)).collect();
+            assert_eq!(stored.len(), grid.squares(level).count());
+            assert!(stored.last().unwrap() < &grid.layers[level as usize].squares_stored());
+            for square in grid.squares(level) {
+                let index = grid.index(square);
+                let spot = grid.spot_at(level, index);
+                assert_eq!((spot.square, spot.at), (square, grid.spot(square).at));
+                let [north_west, south_east] = Half::BOTH.map(|half| {
+                    let beyond = |side| grid.neighbour(square.half(half), side).map(|other| grid.index(other.square));
+                    [Side::Left, Side::Right].map(beyond)
+                });
+                assert_eq!(grid.around(grid.spot(square), Some, None)[..], [north_west, south_east].concat());
             }
         }
     }

@@ -31,7 +31,7 @@ fn popping(heightmap: &Arc<Heightmap>, options: Options) -> (Popping, usize) {
             oracle.set_mesh(mirror.triangles());
             oracle.measure_popping(&view, &mut popping);
         }
-        changes += !method.levels.changed().is_empty() as usize;
+        changes += method.levels.changed(&method.grid).next().is_some() as usize;
     }
     (popping, changes)
 }

@@ -141,3 +141,14 @@ fn a_dry_run_checks_and_writes_nothing() {
     assert!(output.status.success() && said.contains("full-grid") && said.contains("in all"), "{said}");
     assert!(entries(place.path()).is_empty());
 }
+
+/// A bug: `--help | head -1` ended in a panic.
+#[test]
+fn help_to_a_reader_that_has_gone_is_no_failure() {
+    let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_terrain-lod"));
+    let (reader, writer) = std::io::pipe().unwrap();
+    drop(reader);
+    let output =
+        command.args(["bench", "--help"]).stdout(writer).stderr(std::process::Stdio::piped()).output().unwrap();
+    assert_eq!((output.status.code(), String::from_utf8_lossy(&output.stderr).as_ref()), (Some(0), ""));
+}
