@@ -143,8 +143,9 @@ impl Running {
         if self.exit_after.is_some() {
             let times = &self.viewer.times;
             let said = |[p50, p99]: [f64; 2]| format!("P50 {p50:.1} P99 {p99:.1} ms");
-            let cpu = times.cpu_ms().map_or(String::new(), |cpu_ms| format!(", of it CPU {}", said(cpu_ms)));
-            println!("frames {}; work without the GPU's {}{cpu}", said(times.frame_ms()), said(times.work_ms()));
+            let own =
+                times.own_ms().map_or(String::new(), |own_ms| format!(", without others on its core {}", said(own_ms)));
+            println!("frames {}; work without the GPU's {}{own}", said(times.frame_ms()), said(times.work_ms()));
         }
     }
 

@@ -144,8 +144,8 @@ fn times_card(ui: &mut Ui, parts: &Interface) {
     let line = |text: String| RichText::new(text).monospace().size(12.0);
     ui.label(line(format!("frame P50 {frame_p50:>5.1}  P99 {frame_p99:>5.1} ms")));
     ui.label(line(format!("work  P50 {work_p50:>5.1}  P99 {work_p99:>5.1} ms")));
-    if let Some([cpu_p50, cpu_p99]) = parts.times.cpu_ms() {
-        ui.label(line(format!("CPU   P50 {cpu_p50:>5.1}  P99 {cpu_p99:>5.1} ms")));
+    if let Some([own_p50, own_p99]) = parts.times.own_ms() {
+        ui.label(line(format!("own   P50 {own_p50:>5.1}  P99 {own_p99:>5.1} ms")));
     }
     let speed_m_s = parts.state.rig.speed_m_s;
     let memory = parts.memory.bytes().map_or("-".into(), bytes);

@@ -13,34 +13,36 @@ pub fn step_back() {
     {
         // On Linux a "process" without a number is the calling thread. One that was put back already stays there, and where
         // the system refuses, all are equal.
-        let nice = rustix::process::getpriority_process(None).unwrap_or(0);
-        let _ = rustix::process::setpriority_process(None, nice.max(BEHIND_THE_FRAMES));
+        let before = rustix::process::getpriority_process(None).unwrap_or(0);
+        let _ = rustix::process::setpriority_process(None, before.max(BEHIND_THE_FRAMES));
     }
 }
 
-/// Time on the clock, and of it the time that this thread was on a core.
+/// Time on the clock, and of it the time in which this thread was ready to run and others had its core.
 #[derive(Clone, Copy)]
 pub struct Stopwatch {
     wall: Instant,
-    cpu: Option<Duration>,
+    queued: Option<Duration>,
 }
 
 /// Milliseconds by a [`Stopwatch`].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Spent {
     pub wall_ms: f64,
-    /// `None` where the system does not say.
-    pub cpu_ms: Option<f64>,
+    /// Without the time in which others had the core: work, and waiting for locks. `None` where the system does not say.
+    pub own_ms: Option<f64>,
 }
 
 impl Stopwatch {
     pub fn start() -> Self {
-        Self { wall: Instant::now(), cpu: cpu_time() }
+        Self { wall: Instant::now(), queued: queued() }
     }
 
     pub fn spent(&self) -> Spent {
-        let cpu = cpu_time().zip(self.cpu).map(|(now, start)| now.saturating_sub(start));
-        Spent { wall_ms: 1e3 * self.wall.elapsed().as_secs_f64(), cpu_ms: cpu.map(|cpu| 1e3 * cpu.as_secs_f64()) }
+        let wall = self.wall.elapsed();
+        let queued = queued().zip(self.queued).map(|(now, start)| now.saturating_sub(start));
+        let ms = |time: Duration| 1e3 * time.as_secs_f64();
+        Spent { wall_ms: ms(wall), own_ms: queued.map(|queued| ms(wall.saturating_sub(queued))) }
     }
 }
 
@@ -48,20 +50,15 @@ impl std::ops::Add for Spent {
     type Output = Self;
 
     fn add(self, other: Self) -> Self {
-        let cpu_ms = self.cpu_ms.zip(other.cpu_ms).map(|(a, b)| a + b);
-        Self { wall_ms: self.wall_ms + other.wall_ms, cpu_ms }
+        let own_ms = self.own_ms.zip(other.own_ms).map(|(a, b)| a + b);
+        Self { wall_ms: self.wall_ms + other.wall_ms, own_ms }
     }
 }
 
-/// Of the calling thread.
-fn cpu_time() -> Option<Duration> {
-    #[cfg(target_os = "linux")]
-    {
-        let time = rustix::time::clock_gettime(rustix::time::ClockId::ThreadCPUTime);
-        Duration::try_from(time).ok()
-    }
-    #[cfg(not(target_os = "linux"))]
-    None
+/// For how long the calling thread has been ready and without a core: the second number of Linux's `schedstat`.
+fn queued() -> Option<Duration> {
+    let numbers = std::fs::read_to_string("/proc/thread-self/schedstat").ok()?;
+    numbers.split_whitespace().nth(1)?.parse().ok().map(Duration::from_nanos)
 }
 
 #[cfg(test)]
@@ -69,14 +66,13 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_thread_that_sleeps_spends_no_time_on_a_core() {
+    fn to_sleep_is_a_threads_own_time() {
         let watch = Stopwatch::start();
         std::thread::sleep(Duration::from_millis(20));
-        let spent = watch.spent();
-        assert!(spent.wall_ms >= 20.0, "{spent:?}");
-        if cfg!(target_os = "linux") {
-            assert!(spent.cpu_ms.unwrap() < spent.wall_ms, "{spent:?}");
-        }
+        let Spent { wall_ms, own_ms } = watch.spent();
+        assert!(wall_ms >= 20.0 && own_ms.is_none_or(|own_ms| own_ms <= wall_ms), "{wall_ms}, {own_ms:?}");
+        let both = Spent { wall_ms: 3.0, own_ms: Some(2.0) } + Spent { wall_ms: 1.0, own_ms: Some(1.0) };
+        assert_eq!(both, Spent { wall_ms: 4.0, own_ms: Some(3.0) });
     }
 
     #[test]

@@ -16,16 +16,16 @@ pub struct Times {
     frame_ms: VecDeque<f64>,
     /// What the render thread did for a frame: planning, the interface, recording, submitting. Not the GPU's part.
     work_ms: VecDeque<f64>,
-    /// The part of it that the thread was on a core: the rest is others', whom the system let go first, and waiting.
-    cpu_ms: VecDeque<f64>,
+    /// The same without the time in which others had the core: those of a software adapter, for one.
+    own_ms: VecDeque<f64>,
 }
 
 impl Times {
     pub fn add(&mut self, frame_ms: f64, work: Spent) {
         push(&mut self.frame_ms, frame_ms);
         push(&mut self.work_ms, work.wall_ms);
-        if let Some(cpu_ms) = work.cpu_ms {
-            push(&mut self.cpu_ms, cpu_ms);
+        if let Some(own_ms) = work.own_ms {
+            push(&mut self.own_ms, own_ms);
         }
     }
 
@@ -43,8 +43,8 @@ impl Times {
     }
 
     /// `None` where the system does not say.
-    pub fn cpu_ms(&self) -> Option<[f64; 2]> {
-        (!self.cpu_ms.is_empty()).then(|| p50_p99(&self.cpu_ms))
+    pub fn own_ms(&self) -> Option<[f64; 2]> {
+        (!self.own_ms.is_empty()).then(|| p50_p99(&self.own_ms))
     }
 }
 
@@ -68,10 +68,10 @@ mod tests {
     fn old_frames_are_forgotten() {
         let mut times = Times::default();
         assert_eq!(times.frame_ms(), [0.0; 2]);
-        let work = |wall_ms| Spent { wall_ms, cpu_ms: None };
+        let work = |wall_ms| Spent { wall_ms, own_ms: None };
         times.add(1e6, work(1e6));
         (0..KEPT).for_each(|i| times.add(i as f64, work(1.0)));
         assert_eq!((times.frames_ms().len(), times.frame_ms()[1], times.work_ms()), (KEPT, 237.0, [1.0; 2]));
-        assert_eq!(times.cpu_ms(), None);
+        assert_eq!(times.own_ms(), None);
     }
 }
