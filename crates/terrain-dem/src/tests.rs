@@ -197,8 +197,9 @@ fn floats_that_are_copied_are_the_ones_that_are_computed() {
     use crate::samples::SampleType;
     let below = f32::from_bits(1e30f32.to_bits() - 1);
     let odd = [f32::NAN, f32::INFINITY, 1e30, -1e30, below, -0.0, -9999.0, -32768.0, -9999.001, 1e-40];
-    let row =
-        |row: usize| (0..37).map(move |i| if row % 2 == 0 && i == 3 * row { odd[row % 10] } else { i as f32 - 9.5 });
+    let row = |row: usize| {
+        (0..37).map(move |i| if row.is_multiple_of(2) && i == 3 * row { odd[row % 10] } else { i as f32 - 9.5 })
+    };
     let decode = |meaning: Meaning, is_copied: bool, rows: &[usize], column: u32| -> Decoded {
         let mut heights = Heights::new(&Facts::new("floats", 37, 12, SampleType::F32), meaning, None);
         for &at in rows {
@@ -215,7 +216,7 @@ fn floats_that_are_copied_are_the_ones_that_are_computed() {
         (bits, decoded.found, decoded.range_m, decoded.absurd, decoded.undeclared)
     };
     let orders: [Vec<usize>; 3] = [(0..12).collect(), (0..12).rev().collect(), vec![3, 7, 4]];
-    for (scale, nodata) in [(1.0, None), (1.0, Some(-9999.0)), (1.0, Some(-9999.000_1)), (0.5, Some(1.5))] {
+    for (scale, nodata) in [(1.0, None), (1.0, Some(-9999.0)), (1.0, Some(-9999.0001)), (0.5, Some(1.5))] {
         let meaning = Meaning { scale, offset_m: 0.0, nodata, undeclared: Some(-32768.0) };
         for (rows, column) in orders.iter().flat_map(|rows| [(rows, 0), (rows, 5)]) {
             let copied = parts(decode(meaning, true, rows, column));
