@@ -6,6 +6,7 @@ use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 use crate::formats::png::write_png16_rows;
+use crate::sidecar::place_text;
 use crate::{Dem, DemError, write_atomically};
 
 /// How a DEM is written.
@@ -164,7 +165,12 @@ fn sidecar(dem: &Dem, format: DemFormat, steps: Option<Steps>) -> String {
         DemFormat::Png16 | DemFormat::Tiff32 => None,
     };
     text += &raw.map_or(String::new(), |kind| format!("raw = \"{}x{}:{kind}\"\n", map.columns(), map.rows()));
-    for (key, words) in [("source", &dem.source), ("licence", &dem.licence), ("notice", &dem.notice)] {
+    // A GeoTIFF says it itself.
+    let crs = dem.reading.crs.clone().filter(|_| format != DemFormat::Tiff32);
+    if format != DemFormat::Tiff32 {
+        text += &dem.georeference.as_ref().map_or(String::new(), place_text);
+    }
+    for (key, words) in [("crs", &crs), ("source", &dem.source), ("licence", &dem.licence), ("notice", &dem.notice)] {
         let words = words.as_ref().map(|words| toml::Value::from(words.as_str()));
         text += &words.map_or(String::new(), |words| format!("{key} = {words}\n"));
     }
@@ -233,6 +239,31 @@ mod tests {
         assert_eq!(tiff_of(&written).georeference, written.georeference, "and again");
         // Nobody knows where that is.
         assert_eq!(part_of_nowhere(&tile).georeference.unwrap().place.west, 0.0);
+    }
+
+    #[test]
+    fn a_sidecar_keeps_the_place_and_the_system() {
+        let tile = read_bytes("N44W122.hgt", vec![0; 50], &ReadOptions::default()).unwrap();
+        let tile = tiff_of(&tile);
+        assert!(tile.georeference.is_some() && tile.reading.crs.is_some());
+        for (_, read) in back(&tile) {
+            assert_eq!((&read.georeference, &read.reading.crs), (&tile.georeference, &tile.reading.crs));
+            assert_eq!(tiff_of(&read).georeference, tile.georeference, "and on into a GeoTIFF");
+        }
+        let mut nowhere = tile.clone();
+        nowhere.georeference.as_mut().unwrap().keys.doubles.push(f64::NAN);
+        assert!(
+            back(&nowhere).iter().all(|(_, read)| read.heightmap == tile.heightmap),
+            "what is not sound is not written"
+        );
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.png");
+        write_dem(&path, &tile, DemFormat::Png16).unwrap();
+        let part = read(&path, &ReadOptions { crop: crate::Crop::parse("3x2+1+2"), ..ReadOptions::default() }).unwrap();
+        let there = part.georeference.unwrap().place;
+        assert_eq!((there.west, there.north), (-121.75, 44.5), "a part lies where the part lies");
+        let moved = read(&path, &ReadOptions { spacing_m: Some([1.0; 2]), ..ReadOptions::default() }).unwrap();
+        assert_eq!(moved.georeference, None, "whoever says another spacing does not trust the place");
     }
 
     fn part_of_nowhere(tile: &[u8]) -> Dem {

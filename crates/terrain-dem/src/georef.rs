@@ -117,6 +117,19 @@ impl GeoKeys {
         Self::of(&[[1024, 0, 1, 1], [1025, 0, 1, 2], [3072, 0, 1, 32767], [3076, 0, 1, 9001]])
     }
 
+    /// Whether every key finds its values: in its own entry, among the numbers, or in the text.
+    pub fn are_whole(&self) -> bool {
+        self.entries.iter().all(|&[_, tag, count, at]| {
+            let held = match tag {
+                0 => return count == 1,
+                34736 => self.doubles.len(),
+                34737 => self.texts.len(),
+                _ => return false,
+            };
+            usize::from(at) + usize::from(count) <= held
+        })
+    }
+
     /// For heights in metres at places of samples, whatever they were.
     pub fn of_samples_in_metres(&self) -> Self {
         const RASTER_TYPE: u16 = 1025;

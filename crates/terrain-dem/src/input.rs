@@ -1,7 +1,7 @@
 //! A file that is being read: its bytes, its length, and its name in messages.
 
 use std::fs::File;
-use std::io::{BufRead, BufReader, Cursor, ErrorKind, Read, Seek, SeekFrom};
+use std::io::{BufRead, BufReader, Cursor, ErrorKind, Read, Seek};
 use std::path::{Path, PathBuf};
 
 use crate::DemError;
@@ -92,7 +92,10 @@ impl Input {
     }
 
     fn seek(&mut self, offset: u64) -> Result<(), DemError> {
-        self.file.seek(SeekFrom::Start(offset)).map(drop).map_err(|e| self.read_error(e))
+        // A step rather than a place: what has been read ahead is kept.
+        let here = self.file.stream_position().map_err(|e| self.read_error(e))?;
+        let step = (offset as i64).wrapping_sub(here as i64);
+        self.file.seek_relative(step).map_err(|e| self.read_error(e))
     }
 
     /// The file from a byte on.

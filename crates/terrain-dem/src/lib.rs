@@ -12,6 +12,8 @@
 //! offset_m = -10             # 0 if left out
 //! nodata = 0                 # the file's value that stands for no height
 //! raw = "513x513:uint16"     # the layout of a file without a header
+//! crs = "EPSG:32611"         # the coordinate system in words
+//! place = { west = 368000.0, north = 3807000.0, step = [30.0, 30.0], keys = [[3072, 0, 1, 32611]] } # as a GeoTIFF would
 //! source = "who measured it"
 //! licence = "what one may do with it"
 //! notice = "what its owner wants to be shown with it"

@@ -130,6 +130,7 @@ impl Opened {
 pub fn open(input: Input, sidecar: &Sidecar, options: &ReadOptions) -> Result<Opened, Unread> {
     let grid = formats::open(input, &ReadOptions { raw: options.raw.or(sidecar.raw), ..*options })?;
     let mut facts = grid.facts().clone();
+    sidecar.put_place(&mut facts);
     let window = options.crop.map(|crop| crop.window_in([facts.columns, facts.rows])).transpose()?;
     if let Some(window) = window {
         facts.crop(window);

@@ -162,6 +162,32 @@ impl Rule {
         let is_absurd = value.is_nan() | (value.abs() >= ABSURD) | !height_m.is_finite();
         if (value == self.nodata) | (value == self.undeclared) | is_absurd { f32::NAN } else { height_m }
     }
+
+    /// Whether all of some floats are heights as they stand. One next to a void of more digits may count as none: whoever
+    /// then asks [`Self::height_m`] is told.
+    fn keeps(&self, values: &[f32]) -> bool {
+        let [nodata, undeclared] = [self.nodata, self.undeclared].map(|void| void as f32);
+        let is_height = |value: &f32| (value.abs() < ABSURD as f32) & (*value != nodata) & (*value != undeclared);
+        self.is_plain && values.iter().fold(true, |all, value| all & is_height(value))
+    }
+}
+
+/// The lowest and the highest of a range and some heights; NaN is neither.
+fn widened([low, high]: [f32; 2], heights_m: &[f32]) -> [f32; 2] {
+    // Whatever NaN is compared with, it is not taken.
+    let lower = |low: f32, height_m: f32| if height_m < low { height_m } else { low };
+    let higher = |high: f32, height_m: f32| if height_m > high { height_m } else { high };
+    // Several at a time, so that none waits for the one before.
+    let (sixteens, rest) = heights_m.as_chunks::<16>();
+    let (mut lows, mut highs) = ([low; 16], [high; 16]);
+    for sixteen in sixteens {
+        lows = std::array::from_fn(|i| lower(lows[i], sixteen[i]));
+        highs = std::array::from_fn(|i| higher(highs[i], sixteen[i]));
+    }
+    let all = |firsts: [f32; 16], pick: fn(f32, f32) -> f32| {
+        firsts.into_iter().chain(rest.iter().copied()).fold(firsts[0], pick)
+    };
+    [all(lows, lower), all(highs, higher)]
 }
 
 /// What takes the rows of a DEM one by one, and says when it has enough.
@@ -175,8 +201,10 @@ pub struct Heights<'a> {
     window: Option<Window>,
     south_up: bool,
     rule: Rule,
-    /// All of them, or those of one row.
+    /// All of them, or those of one row: as far as they have been put, so that memory is first touched by a height.
     heights_m: Vec<f32>,
+    /// How many they become.
+    kept: usize,
     /// Takes each row, if they are not kept.
     on_row: Option<OnRow<'a>>,
     is_stopped: bool,
@@ -244,7 +272,8 @@ impl<'a> Heights<'a> {
             window: None,
             south_up,
             rule: Rule::of(meaning),
-            heights_m: vec![f32::NAN; kept as usize],
+            heights_m: Vec::with_capacity(kept as usize),
+            kept: kept as usize,
             on_row,
             is_stopped: false,
             found: 0,
@@ -310,30 +339,59 @@ impl<'a> Heights<'a> {
         overlaps(columns, 0) && overlaps(rows, 1)
     }
 
+    /// Puts floats into a row of the file, from a column on: as [`Self::put`], and much sooner where all are heights as they
+    /// stand.
+    pub fn put_floats(&mut self, row: u32, column: u32, floats: &[[u8; 4]]) {
+        let is_copied = self.window.is_none() && self.on_row.is_none() && !self.south_up;
+        if !(is_copied && self.copy(row as usize * self.columns as usize, column, floats)) {
+            self.put(row, column, floats.iter().map(|float| f32::from_le_bytes(*float) as f64));
+        }
+    }
+
+    /// Copies floats into the row that begins at `start`, and says whether that was all there is to do.
+    fn copy(&mut self, start: usize, column: u32, floats: &[[u8; 4]]) -> bool {
+        let target = room(&mut self.heights_m, start, self.columns, column);
+        let count = floats.len().min(target.len());
+        let target = &mut target[..count];
+        target.iter_mut().zip(floats).for_each(|(target, float)| *target = f32::from_le_bytes(*float));
+        let is_done = self.rule.keeps(target);
+        if is_done {
+            self.range_m = widened(self.range_m, target);
+            self.found += count as u64;
+        }
+        is_done
+    }
+
     /// Into the row of `columns` that begins at `start`.
     fn put_at(&mut self, start: usize, columns: u32, column: u32, values: impl Iterator<Item = f64>) {
-        let target = &mut self.heights_m[start + column as usize..start + columns as usize];
-        let [mut low, mut high] = self.range_m;
+        let target = room(&mut self.heights_m, start, columns, column);
         let [mut all, mut found, mut declared, mut undeclared] = [0u32; 4];
         for (target, value) in target.iter_mut().zip(values) {
             let height_m = self.rule.height_m(value);
             *target = height_m;
-            // Whatever NaN is compared with, it is not taken.
-            low = if height_m < low { height_m } else { low };
-            high = if height_m > high { height_m } else { high };
             all += 1;
             found += u32::from(!height_m.is_nan());
             declared += u32::from(value == self.rule.nodata);
             undeclared += u32::from(value == self.rule.undeclared);
         }
-        self.range_m = [low, high];
+        self.range_m = widened(self.range_m, &target[..all as usize]);
         self.found += u64::from(found);
         self.undeclared += u64::from(undeclared);
         self.absurd += u64::from(all - found - declared - undeclared);
     }
 
     pub fn finish(self) -> Decoded {
-        let Self { heights_m, found, range_m, absurd, undeclared, notes, .. } = self;
+        let Self { mut heights_m, kept, found, range_m, absurd, undeclared, notes, .. } = self;
+        heights_m.resize(kept, f32::NAN);
         Decoded { heights_m, found, range_m, absurd, undeclared, gaps: 0, notes }
     }
+}
+
+/// The rest of the row of `columns` that begins at `start`, from a column on. What lies before it and was never put is void.
+fn room(heights_m: &mut Vec<f32>, start: usize, columns: u32, column: u32) -> &mut [f32] {
+    let end = start + columns as usize;
+    if heights_m.len() < end {
+        heights_m.resize(end, f32::NAN);
+    }
+    &mut heights_m[start + column as usize..end]
 }

@@ -86,6 +86,9 @@ pub struct Packing {
 impl Packing {
     /// Puts the samples in `bytes`, one every `stride` bytes from the first on, into a row from a column on.
     pub fn put(self, heights: &mut Heights, row: u32, column: u32, bytes: &[u8]) {
+        if (self.samples, self.order, self.stride) == (SampleType::F32, ByteOrder::Little, 4) {
+            return heights.put_floats(row, column, bytes.as_chunks().0);
+        }
         let at = At { heights, row, column, bytes, packing: self };
         match self.samples {
             SampleType::U8 => at.put(|b: [u8; 1]| b[0] as f64),

@@ -7,6 +7,8 @@ use serde::Deserialize;
 use terrain_core::source::{SourceError, SourceText};
 use toml::{Spanned, Value};
 
+use crate::georef::{GeoKeys, Georeference, Place, Spacing};
+use crate::raster::Facts;
 use crate::{DemError, RawLayout};
 
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -16,6 +18,8 @@ pub struct Sidecar {
     pub offset_m: Option<f64>,
     pub nodata: Option<f64>,
     pub raw: Option<RawLayout>,
+    pub crs: Option<String>,
+    pub place: Option<Georeference>,
     pub source: Option<String>,
     pub licence: Option<String>,
     pub notice: Option<String>,
@@ -29,9 +33,25 @@ struct SidecarToml {
     offset_m: Option<Spanned<f64>>,
     nodata: Option<f64>,
     raw: Option<Spanned<String>>,
+    crs: Option<String>,
+    place: Option<Spanned<PlaceToml>>,
     source: Option<String>,
     licence: Option<String>,
     notice: Option<String>,
+}
+
+/// Where the DEM lies, and its coordinate system by GeoTIFF's keys.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct PlaceToml {
+    west: f64,
+    north: f64,
+    step: [f64; 2],
+    keys: Vec<[u16; 4]>,
+    #[serde(default)]
+    doubles: Vec<f64>,
+    #[serde(default)]
+    texts: String,
 }
 
 impl Sidecar {
@@ -48,6 +68,15 @@ impl Sidecar {
         }
     }
 
+    /// Tells a file where it lies. A place is that of the sidecar's own spacing: without one nobody can tell whether it fits.
+    pub fn put_place(&self, facts: &mut Facts) {
+        facts.crs = self.crs.clone().or(facts.crs.take());
+        let (Some(Georeference { place, keys }), Some(spacing_m)) = (&self.place, self.spacing_m) else { return };
+        facts.place = Some(*place);
+        facts.keys = Some(keys.clone());
+        facts.spacing = Some(Spacing::Metres(spacing_m));
+    }
+
     pub fn parse(name: &str, text: &str) -> Result<Self, SourceError> {
         let source = SourceText { name, text };
         let toml: SidecarToml = source.parse()?;
@@ -57,6 +86,8 @@ impl Sidecar {
             offset_m: toml.offset_m.map(|value| finite(&source, &value, "offset_m")).transpose()?,
             nodata: toml.nodata,
             raw: toml.raw.map(|value| raw(&source, &value)).transpose()?,
+            crs: toml.crs,
+            place: toml.place.map(|value| place(&source, value)).transpose()?,
             source: toml.source,
             licence: toml.licence,
             notice: toml.notice,
@@ -86,6 +117,35 @@ fn metres(value: &Value) -> Option<f64> {
     (number.is_finite() && number > 0.0).then_some(number)
 }
 
+fn place(source: &SourceText, value: Spanned<PlaceToml>) -> Result<Georeference, SourceError> {
+    let span = value.span();
+    let PlaceToml { west, north, step, keys, doubles, texts } = value.into_inner();
+    let keys = GeoKeys { entries: keys, doubles, texts };
+    let found = Georeference { place: Place { west, north, step }, keys };
+    let refuse = || {
+        let expected = "finite coordinates of the north-western sample, positive steps, and keys with all their values";
+        source.error(span, format!("`place` is not one; expected {expected}"))
+    };
+    if is_sound(&found) { Ok(found) } else { Err(refuse()) }
+}
+
+fn is_sound(Georeference { place: Place { west, north, step }, keys }: &Georeference) -> bool {
+    let is_step = |step: &f64| step.is_finite() && *step > 0.0;
+    let is_finite = [west, north].into_iter().chain(&keys.doubles).all(|number| number.is_finite());
+    is_finite && step.iter().all(is_step) && keys.are_whole()
+}
+
+/// A place as [`Sidecar::parse`] reads it; nothing for one that it would refuse.
+pub fn place_text(georeference: &Georeference) -> String {
+    if !is_sound(georeference) {
+        return String::new();
+    }
+    let Georeference { place: Place { west, north, step }, keys: GeoKeys { entries, doubles, texts } } = georeference;
+    let (place, texts) =
+        (format!("west = {west:?}, north = {north:?}, step = {step:?}"), toml::Value::from(texts.as_str()));
+    format!("place = {{ {place}, keys = {entries:?}, doubles = {doubles:?}, texts = {texts} }}\n")
+}
+
 fn raw(source: &SourceText, value: &Spanned<String>) -> Result<RawLayout, SourceError> {
     let found = value.get_ref();
     let refuse = || {
@@ -108,6 +168,7 @@ mod tests {
     #[test]
     fn every_key_is_read() {
         let text = "spacing_m = [74.5, 93]\nscale = 0.1\noffset_m = -10\nnodata = 0\nraw = '3x2:uint16'\n\
+                    crs = 'c'\nplace = { west = 1, north = 2.5, step = [0.5, 30], keys = [[1024, 0, 1, 2]] }\n\
                     source = 's'\nlicence = 'l'\nnotice = 'n'\n";
         let expected = Sidecar {
             spacing_m: Some([74.5, 93.0]),
@@ -115,6 +176,11 @@ mod tests {
             offset_m: Some(-10.0),
             nodata: Some(0.0),
             raw: RawLayout::parse("3x2:uint16"),
+            crs: Some("c".to_owned()),
+            place: Some(Georeference {
+                place: Place { west: 1.0, north: 2.5, step: [0.5, 30.0] },
+                keys: GeoKeys { entries: vec![[1024, 0, 1, 2]], doubles: Vec::new(), texts: String::new() },
+            }),
             source: Some("s".to_owned()),
             licence: Some("l".to_owned()),
             notice: Some("n".to_owned()),
@@ -131,7 +197,7 @@ mod tests {
             (
                 "scale = 1\nspacing = 30",
                 "2:1: unknown field `spacing`, expected one of `spacing_m`, `scale`, \
-              `offset_m`, `nodata`, `raw`, `source`, `licence`, `notice`"
+              `offset_m`, `nodata`, `raw`, `crs`, `place`, `source`, `licence`, `notice`"
                     .to_owned(),
             ),
             ("\nspacing_m = 0", format!("2:13: `spacing_m` is 0; {SPACING}")),
@@ -143,6 +209,18 @@ mod tests {
             (
                 "raw = '3x2'",
                 "1:7: `raw` is \"3x2\"; expected COLUMNSxROWS:TYPE, such as 513x513:uint16 or 100x80:float32be"
+                    .to_owned(),
+            ),
+            (
+                "place = { west = 1, north = 2, step = [1, 0], keys = [] }",
+                "1:9: `place` is not one; expected finite coordinates of the north-western sample, positive steps, and keys \
+                 with all their values"
+                    .to_owned(),
+            ),
+            (
+                "place = { west = 1, north = 2, step = [1, 1], keys = [[2057, 34736, 1, 0]] }",
+                "1:9: `place` is not one; expected finite coordinates of the north-western sample, positive steps, and keys \
+                 with all their values"
                     .to_owned(),
             ),
             ("scale = 1\nscale = 2", "2:1: duplicate key".to_owned()),

@@ -188,3 +188,61 @@ fn synthetic_terrain_opens_by_its_size_and_seed() {
                     side and at most 536870912 in all, such as synthetic:193x250:7";
     assert_eq!(open("synthetic:1x9:1", &ReadOptions::default()).unwrap_err().to_string(), expected);
 }
+
+/// Rows of floats as they stand are copied; those with a void among them, or in another order or scale, are not. Both ways come
+/// to the same.
+#[test]
+fn floats_that_are_copied_are_the_ones_that_are_computed() {
+    use crate::raster::{Decoded, Facts, Heights, Meaning};
+    use crate::samples::SampleType;
+    let below = f32::from_bits(1e30f32.to_bits() - 1);
+    let odd = [f32::NAN, f32::INFINITY, 1e30, -1e30, below, -0.0, -9999.0, -32768.0, -9999.001, 1e-40];
+    let row = |row: usize| {
+        (0..37).map(move |i| if row.is_multiple_of(2) && i == 3 * row { odd[row % 10] } else { i as f32 - 9.5 })
+    };
+    let decode = |meaning: Meaning, is_copied: bool, rows: &[usize], column: u32| -> Decoded {
+        let mut heights = Heights::new(&Facts::new("floats", 37, 12, SampleType::F32), meaning, None);
+        for &at in rows {
+            let floats: Vec<[u8; 4]> = row(at).map(f32::to_le_bytes).collect();
+            match is_copied {
+                true => heights.put_floats(at as u32, column, &floats),
+                false => heights.put(at as u32, column, row(at).map(f64::from)),
+            }
+        }
+        heights.finish()
+    };
+    let parts = |decoded: Decoded| {
+        let bits: Vec<u32> = decoded.heights_m.iter().map(|height_m| height_m.to_bits()).collect();
+        (bits, decoded.found, decoded.range_m, decoded.absurd, decoded.undeclared)
+    };
+    let orders: [Vec<usize>; 3] = [(0..12).collect(), (0..12).rev().collect(), vec![3, 7, 4]];
+    for (scale, nodata) in [(1.0, None), (1.0, Some(-9999.0)), (1.0, Some(-9999.0001)), (0.5, Some(1.5))] {
+        let meaning = Meaning { scale, offset_m: 0.0, nodata, undeclared: Some(-32768.0) };
+        for (rows, column) in orders.iter().flat_map(|rows| [(rows, 0), (rows, 5)]) {
+            let copied = parts(decode(meaning, true, rows, column));
+            assert_eq!(copied, parts(decode(meaning, false, rows, column)), "{meaning:?}, {rows:?}, {column}");
+            assert_eq!(copied.0.len(), 37 * 12);
+            let put = 37 - column as usize;
+            assert!(copied.1 as usize <= rows.len() * put, "what was never put is void");
+        }
+    }
+}
+
+/// Reading on, back and far ahead, within what a reader has in its buffer and beyond.
+#[test]
+fn bytes_are_found_in_any_order() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("bytes");
+    let bytes: Vec<u8> = (0..300_000u32).map(|i| (i % 251) as u8).collect();
+    fs::write(&path, &bytes).unwrap();
+    let mut inputs = [Input::open(&path).unwrap(), Input::memory("a".into(), "a".into(), bytes.clone()).unwrap()];
+    for input in &mut inputs {
+        for (at, count) in
+            [(10, 5), (15, 70_000), (3, 4), (299_000, 1000), (70_100, 200), (70_000, 66_000), (0, 300_000)]
+        {
+            assert_eq!(input.bytes_at(at, count).unwrap(), bytes[at as usize..][..count as usize], "{count} at {at}");
+        }
+        assert!(input.bytes_at(299_999, 2).is_err());
+        assert_eq!(input.bytes_at(7, 1).unwrap(), [7]);
+    }
+}
