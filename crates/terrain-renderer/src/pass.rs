@@ -74,6 +74,11 @@ impl TerrainPass {
         self.submission
     }
 
+    /// Sends draws another way from the next frame on.
+    pub fn submit_by(&mut self, gpu: &Gpu, submission: Submission) {
+        self.submission = submission.possible_on(gpu);
+    }
+
     /// Room for the camera and the look of one view.
     pub fn view_bindings(&self, gpu: &Gpu) -> ViewBindings {
         let uniforms = gpu.device.create_buffer(&wgpu::BufferDescriptor {

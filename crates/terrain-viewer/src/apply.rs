@@ -55,7 +55,7 @@ impl Viewer {
             Command::Sun(angles) => state.sun_deg = angles,
             Command::Exaggeration(times) => return self.exaggerate(times),
             Command::ErrorScale(px) => state.error_scale_px = px,
-            Command::Submission(submission) => return self.submit_by(submission),
+            Command::Submission(submission) => self.submit_by(submission),
             Command::LoseDevice => {
                 self.gpu.device.destroy();
                 return Err(RenderError::Gpu("device lost: as the script asked".into()));
@@ -187,9 +187,9 @@ impl Viewer {
         }
     }
 
-    fn submit_by(&mut self, submission: Submission) -> Result<(), RenderError> {
+    fn submit_by(&mut self, submission: Submission) {
         self.state.submission = submission;
-        self.restage()
+        self.stage.submit_by(&self.gpu, submission);
     }
 
     /// A name in our folder that no file has yet.

@@ -29,6 +29,11 @@ impl Stage {
         Ok(Self { pass, format, targets: None, difference: Difference::new(gpu, format) })
     }
 
+    /// Sends draws another way from the next frame on.
+    pub fn submit_by(&mut self, gpu: &Gpu, submission: Submission) {
+        self.pass.submit_by(gpu, submission);
+    }
+
     /// Textures of a window's size.
     fn resize(&mut self, gpu: &Gpu, size_px: [u32; 2]) -> Result<(), RenderError> {
         if self.targets.as_ref().is_none_or(|targets| targets[0].size_px() != size_px) {
