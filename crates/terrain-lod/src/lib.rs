@@ -82,7 +82,7 @@ pub use crate::frame_times::{percentile, sorted};
 pub use crate::methods::{MethodName, Run, Settings};
 pub use crate::parse::parse_size;
 pub use crate::prepared::Prepared;
-pub use crate::suite::open_flight;
+pub use crate::suite::{check_suite, open_flight};
 
 use crate::cli::{Cli, Command};
 use crate::output::print;

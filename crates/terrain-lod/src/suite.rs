@@ -24,7 +24,7 @@ use crate::methods::{MethodName, Settings};
 use crate::pivot::Pivot;
 
 pub use bench::{Bench, open_flight};
-pub use file::{NamedSuite, SuiteFile, is_folder_name};
+pub use file::{NamedSuite, SuiteFile, check_suite, is_folder_name};
 use one_or_more::one_or_more;
 
 /// The DEM of the TIN's paper, which the user has to bring along.

@@ -9,6 +9,9 @@ use crate::equal_error::EqualError;
 use crate::figures;
 use crate::pivot::Pivot;
 
+/// More than anybody flies, and few enough to be listed in no time.
+const MAX_COMBINATIONS: u64 = 1 << 16;
+
 impl Suite {
     /// How the DEM is read: as the flags say, and else as the suite says.
     pub(super) fn read_options(&self, flags: ReadOptions) -> Result<ReadOptions, String> {
@@ -35,7 +38,6 @@ impl Suite {
         };
         let pixels = |name: &str, list: &[f64]| match list.iter().find(|px| !PIXELS.contains(*px)) {
             Some(px) => Err(format!("{name} = {px}; expected {:e} to {:e}", PIXELS.start(), PIXELS.end())),
-            None if list.is_empty() => Err(format!("{name} is empty; expected at least one")),
             None => Ok(()),
         };
         let lists = [
@@ -51,9 +53,18 @@ impl Suite {
             ("blocks", self.blocks.len()),
             ("geomorph", self.geomorph.len()),
             ("threads", self.threads.len()),
+            ("tolerance_px", self.tolerance_px.len()),
+            ("leg_px", self.leg_px.len()),
         ];
         if let Some((name, _)) = lists.iter().find(|(_, length)| *length == 0) {
             return Err(format!("{name} is empty; expected at least one"));
+        }
+        let may_be_empty =
+            [&self.metric.len(), &self.batching.len(), &self.window_mib.len(), &self.group.len(), &self.layers.len()];
+        let lengths = lists.iter().map(|(_, length)| length).chain(may_be_empty);
+        let combinations = lengths.fold(1_u64, |all, length| all.saturating_mul((*length).max(1) as u64));
+        if combinations > MAX_COMBINATIONS {
+            return Err(format!("the lists have {combinations} combinations; expected at most {MAX_COMBINATIONS}"));
         }
         pixels("tolerance_px", &self.tolerance_px)?;
         pixels("leg_px", &self.leg_px)?;
@@ -84,5 +95,21 @@ impl Suite {
         self.equal_error.iter().try_for_each(EqualError::validate)?;
         self.flight_curves.iter().try_for_each(|curves| curves.validate(&[]))?;
         figures::validate(&self.figures)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::suite::check_suite;
+
+    /// Twenty short lists would fill any memory before a word is said.
+    #[test]
+    fn lists_with_too_many_combinations_are_refused() {
+        let ten = "[1, 2, 3, 4, 5, 6, 7, 8, 9, 10]";
+        let lists = |names: &[&str]| names.iter().map(|name| format!("{name} = {ten}\n")).collect::<String>();
+        let all = lists(&["tolerance_px", "leg_px", "step", "threads", "group"]) + "methods = ['tin']";
+        let expected = "the lists have 100000 combinations; expected at most 65536";
+        assert_eq!(check_suite("a suite", &all), Err(expected.into()));
+        assert_eq!(check_suite("a suite", &(lists(&["tolerance_px", "leg_px", "step"]) + "methods = ['tin']")), Ok(()));
     }
 }

@@ -79,9 +79,7 @@ impl SuiteFile {
     /// The suite that the command line names.
     pub fn from_args(args: &BenchArgs) -> Result<Self, Fault> {
         let (place, text) = find(&args.suite)?;
-        let refuse = |e: &dyn std::fmt::Display| Fault::new(Cause::BadInput, e);
-        let source = SourceText { name: &place, text: &text };
-        let top: Suite = source.parse().map_err(|e| refuse(&e))?;
+        let Content { top, benches } = Content::parse(&place, &text).map_err(|e| Fault::new(Cause::BadInput, e))?;
         let mut file = Self {
             name: stem(&args.suite),
             tables: top.tables.clone(),
@@ -94,20 +92,11 @@ impl SuiteFile {
         if args.puget.is_some() && !names_puget(&top) {
             return Err(Fault::usage(format!("{place}: no bench flies over Puget Sound; expected --dem, not --puget")));
         }
-        let in_file = |reason: String| Fault::new(Cause::BadInput, format_args!("{place}: {reason}"));
-        if top.benches.is_empty() {
-            args.refuse_benches(&[])?;
-            figures::refuse_benches(&file.figures, &[]).map_err(in_file)?;
+        args.refuse_benches(&names(&benches))?;
+        if benches.is_empty() {
             file.take(None, top, args)?;
             return Ok(file);
         }
-        file.validate_tables().map_err(in_file)?;
-        let table: Table = source.parse().map_err(|e| refuse(&e))?;
-        let benches = benches(&table, &top.benches).map_err(in_file)?;
-        let names: Vec<&str> = benches.iter().map(|(head, _)| head.name.as_str()).collect();
-        file.flight_curves.iter().try_for_each(|curves| curves.validate(&names)).map_err(in_file)?;
-        args.refuse_benches(&names)?;
-        figures::refuse_benches(&file.figures, &names).map_err(in_file)?;
         for (head, suite) in benches {
             if args.benches.as_ref().map_or(!head.optional, |asked| asked.contains(&head.name)) {
                 file.take(Some(head.name), suite, args)?;
@@ -122,12 +111,6 @@ impl SuiteFile {
     /// The only bench, if the file has no `[[benches]]`.
     pub fn single(&self) -> Option<&NamedSuite> {
         self.benches.first().filter(|bench| bench.name.is_none())
-    }
-
-    fn validate_tables(&self) -> Result<(), String> {
-        self.tables.iter().try_for_each(Pivot::validate)?;
-        self.equal_error.iter().try_for_each(EqualError::validate)?;
-        figures::validate(&self.figures)
     }
 
     /// Adds a bench with the command line's choices, unless nothing of it is to be flown.
@@ -158,6 +141,54 @@ impl SuiteFile {
 fn names_puget(top: &Suite) -> bool {
     let own = top.benches.iter().filter_map(|bench| bench.get("dem")?.as_str());
     own.chain([top.dem.as_str()]).any(|dem| dem == PUGET)
+}
+
+/// Whether a suite file is sound, whatever the command line asks for; else the reason, in one line.
+pub fn check_suite(name: &str, text: &str) -> Result<(), String> {
+    let Content { top, benches } = Content::parse(name, text)?;
+    let own = if benches.is_empty() { Some(&top) } else { None };
+    own.into_iter().chain(benches.iter().map(|(_, suite)| suite)).try_for_each(|suite| {
+        suite.validate()?;
+        suite.runs_or_none().map(drop).map_err(|fault| fault.to_string())
+    })
+}
+
+/// What stands in a suite file.
+struct Content {
+    top: Suite,
+    /// With what they take from the top.
+    benches: Vec<(Head, Suite)>,
+}
+
+impl Content {
+    /// What belongs together in the file is checked; each bench by itself is not, since flags may mend it.
+    fn parse(place: &str, text: &str) -> Result<Self, String> {
+        let source = SourceText { name: place, text };
+        let top: Suite = source.parse().map_err(|e| e.to_string())?;
+        let table: Table = source.parse().map_err(|e| e.to_string())?;
+        let in_file = |reason: String| format!("{place}: {reason}");
+        let benches = benches(&table, &top.benches).map_err(in_file)?;
+        let content = Self { top, benches };
+        content.validate().map_err(in_file)?;
+        Ok(content)
+    }
+
+    /// The only bench of a file has no name and is checked as a whole.
+    fn validate(&self) -> Result<(), String> {
+        let (top, names) = (&self.top, names(&self.benches));
+        figures::refuse_benches(&top.figures, &names)?;
+        if names.is_empty() {
+            return Ok(());
+        }
+        top.tables.iter().try_for_each(Pivot::validate)?;
+        top.equal_error.iter().try_for_each(EqualError::validate)?;
+        top.flight_curves.iter().try_for_each(|curves| curves.validate(&names))?;
+        figures::validate(&top.figures)
+    }
+}
+
+fn names(benches: &[(Head, Suite)]) -> Vec<&str> {
+    benches.iter().map(|(head, _)| head.name.as_str()).collect()
 }
 
 /// Where a suite comes from, for messages, and its text.
@@ -251,15 +282,7 @@ mod tests {
     #[test]
     fn every_built_in_suite_is_sound() {
         for (name, text) in BUILT_IN {
-            let suite: Suite = SourceText { name, text }.parse().unwrap();
-            let top: Table = text.parse().unwrap();
-            suite.tables.iter().try_for_each(Pivot::validate).unwrap();
-            suite.equal_error.iter().try_for_each(EqualError::validate).unwrap();
-            figures::validate(&suite.figures).unwrap();
-            let benches = benches(&top, &suite.benches).unwrap();
-            let names: Vec<&str> = benches.iter().map(|(head, _)| head.name.as_str()).collect();
-            suite.flight_curves.iter().try_for_each(|curves| curves.validate(&names)).unwrap();
-            figures::refuse_benches(&suite.figures, &names).unwrap();
+            let Content { benches, .. } = Content::parse(name, text).unwrap();
             for (head, suite) in benches {
                 suite.validate().unwrap_or_else(|e| panic!("{name}: {}: {e}", head.name));
                 assert!(!suite.runs().unwrap().is_empty());
@@ -276,13 +299,7 @@ mod tests {
             for seed in 0..rounds {
                 let bytes = terrain_core::damage::damage(text.as_bytes(), &mut terrain_core::SplitMix64::new(seed));
                 let text = String::from_utf8_lossy(&bytes);
-                let suite: Result<Suite, _> = SourceText { name, text: &text }.parse();
-                let checked = suite.map_err(|e| e.to_string()).and_then(|suite| {
-                    let top: Table = text.parse().expect("it was read once");
-                    let all = benches(&top, &suite.benches)?;
-                    all.iter().try_for_each(|(_, suite)| suite.validate().map_err(|e| e.to_string()))
-                });
-                if let Err(said) = checked {
+                if let Err(said) = check_suite(name, &text) {
                     assert!(!said.contains('\n'), "{name}: seed {seed}: {said}");
                     refused += 1;
                 }

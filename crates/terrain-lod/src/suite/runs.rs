@@ -1,5 +1,7 @@
 //! The runs of a suite: every combination of its lists, once.
 
+use std::collections::HashSet;
+
 use regex_lite::Regex;
 
 use super::Suite;
@@ -23,16 +25,13 @@ impl Suite {
     pub(super) fn runs_or_none(&self) -> Result<Vec<Run>, Fault> {
         let filter = self.filter.as_deref().map(parse_filter).transpose()?;
         let asked_for = |run: &Run| filter.as_ref().is_none_or(|filter| filter.is_match(&run.title()));
-        let mut runs: Vec<Run> = Vec::new();
+        let (mut runs, mut stems) = (Vec::new(), HashSet::new());
         for method in &self.methods {
             for settings in self.all_settings() {
                 let run = Run { method: *method, settings };
                 run.validate()?;
-                if !asked_for(&run) {
-                    continue;
-                }
                 // Values of settings that the method does not have would only repeat it.
-                if !runs.iter().any(|other| other.file_stem() == run.file_stem()) {
+                if asked_for(&run) && stems.insert(run.file_stem()) {
                     runs.push(run);
                 }
             }
