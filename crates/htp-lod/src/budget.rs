@@ -9,6 +9,8 @@
 //! | above level 0: split patches of this view and the last (`levels`) | 2 |
 //! | above level 0: when its patches' blocks are judged again (`deadlines`) | 8 |
 //! | above level 0: sight (`in_sight`) | 2 |
+//! | above level 1: whether its children are asked (`wishes`) | 1 |
+//! | above the streamed levels: the worst of its children (`errors`), by [`LevelMetric::Error`] | 2 |
 //!
 //! All squares of the resident levels are stored, and those of the streamed levels in the windows. The heights are on the
 //! GPU: the coarse grid, and a tile a sheet. Further there is who has each place in the windows, and the sheets that wait
@@ -20,7 +22,7 @@
 
 use crate::cells::CellsHeader;
 use crate::closure;
-use crate::errors::record_length;
+use crate::errors::{self, record_length};
 use crate::in_sight;
 use crate::options::{HtpError, LevelMetric, Options};
 use crate::wishes;
@@ -58,7 +60,12 @@ impl Budget {
         let record = if options.metric == LevelMetric::Error { record_length(header.k) as u64 } else { 0 };
         let content = |level: u32| RANGE + if level > 0 { record } else { 0 };
         let above = wishes::BYTES_A_SQUARE + SPLIT + closure::BYTES_A_SQUARE + in_sight::BYTES_A_SQUARE;
-        let square = |level: u32| content(level) + SLOTS + if level > 0 { above } else { 0 };
+        let worst_child = if options.metric == LevelMetric::Error { errors::BYTES_OF_WORST_CHILD } else { 0 };
+        let of_children = |level: u32| {
+            let worst_child = if level > header.streamed { worst_child } else { 0 };
+            worst_child + if level > 1 { wishes::BYTES_A_PARENT } else { 0 }
+        };
+        let square = |level: u32| content(level) + SLOTS + if level > 0 { above } else { 0 } + of_children(level);
         let squares = |samples: u32, level: u32| (samples - 1).div_ceil(header.k.pow(level + 1)) as u64;
         // Above the top layer there is no parent whose children would be stored together.
         let brood = |level: u32| if level + 1 < header.layers { header.k as u64 } else { 1 };

@@ -44,6 +44,8 @@ pub(crate) struct ErrorTable {
 struct Layer {
     /// Of both halves, drawn plain.
     plain: Vec<[u16; 2]>,
+    /// The largest plain error of their children; empty where there are none, or these come and go.
+    worst_child: Vec<u16>,
     /// Of their border children, half by half.
     blocks: Vec<u8>,
 }
@@ -51,7 +53,7 @@ struct Layer {
 impl Layer {
     /// For so many squares, with so many bytes of blocks each.
     fn new(squares: usize, blocks: usize) -> Self {
-        Self { plain: vec![[0; 2]; squares], blocks: vec![0; squares * blocks] }
+        Self { plain: vec![[0; 2]; squares], worst_child: Vec::new(), blocks: vec![0; squares * blocks] }
     }
 
     /// Takes the records of squares that are stored side by side, from one on.
@@ -101,6 +103,7 @@ impl ErrorTable {
             });
             table.layers.push(layer);
         }
+        (2..=grid.top()).for_each(|level| table.find_worst_children(grid, level));
         table
     }
 
@@ -113,7 +116,19 @@ impl ErrorTable {
                 layers[level as usize - 1].put(grid.index(square), record, grid.k);
             }
         }
-        Self { border: Border::new(grid), step_m: header.step_m(), layers }
+        let mut table = Self { border: Border::new(grid), step_m: header.step_m(), layers };
+        (header.streamed + 1..=grid.top()).for_each(|level| table.find_worst_children(grid, level));
+        table
+    }
+
+    /// Of all squares of a level.
+    fn find_worst_children(&mut self, grid: &Grid, level: u32) {
+        let [finer, layer] = &mut self.layers[level as usize - 2..level as usize] else { unreachable!("two layers") };
+        layer.worst_child = vec![0; layer.plain.len()];
+        for square in grid.squares(level) {
+            let brood = &finer.plain[grid.brood_start(square)..][..(grid.k * grid.k) as usize];
+            layer.worst_child[grid.index(square)] = brood.iter().flatten().fold(0, |worst, plain| worst.max(*plain));
+        }
     }
 
     /// Takes the records of a sheet's squares; there are none on level 0.
@@ -135,7 +150,12 @@ impl ErrorTable {
 
     /// Bytes of all errors.
     pub fn bytes(&self) -> u64 {
-        self.layers.iter().map(|layer| (size_of_val(&layer.plain[..]) + layer.blocks.len()) as u64).sum()
+        self.layers
+            .iter()
+            .map(|layer| {
+                (size_of_val(&layer.plain[..]) + size_of_val(&layer.worst_child[..]) + layer.blocks.len()) as u64
+            })
+            .sum()
     }
 
     /// The error of a patch above the finest layer, drawn plain, in steps.
@@ -154,6 +174,12 @@ impl ErrorTable {
     #[inline]
     pub fn plain_both(&self, level: u32, index: usize) -> [u16; 2] {
         self.layers[level as usize - 1].plain[index]
+    }
+
+    /// The largest plain error of a square's children, or more; for a square above level 1.
+    #[inline]
+    pub fn worst_child(&self, level: u32, index: usize) -> u16 {
+        *self.layers[level as usize - 1].worst_child.get(index).unwrap_or(&u16::MAX)
     }
 
     /// The largest error of a patch's border children that touch sides of a mask, with these sides collapsed.
@@ -218,6 +244,9 @@ impl ErrorTable {
         if error_m == 0.0 { 0 } else { (error_m / self.step_m * (1.0 + 1e-9)).ceil() as u16 }
     }
 }
+
+/// Bytes of the worst child of a square.
+pub(crate) const BYTES_OF_WORST_CHILD: u64 = size_of::<u16>() as u64;
 
 /// Squares that are measured by one job, at least.
 const SQUARES_A_JOB: usize = 64;

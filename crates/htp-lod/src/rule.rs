@@ -92,12 +92,14 @@ impl<'a> Rule<'a> {
         }
     }
 
-    /// The halves of a square that want to be split, and the slack of both answers.
-    pub fn wish(&self, spot: Spot) -> (u8, f64) {
-        Self::wish_at(self.distance_at_m(spot), self.reaches_m(spot))
+    /// The halves of a square that want to be split.
+    #[cfg(test)]
+    pub fn wish(&self, spot: Spot) -> u8 {
+        Self::wish_at(self.distance_at_m(spot), self.reaches_m(spot)).0
     }
 
-    /// The same in a distance that is known, and with the reaches of both halves.
+    /// The halves of a square that want to be split, in a distance and with the reaches of both; and the slack of both
+    /// answers.
     #[inline]
     pub fn wish_at(distance_m: f64, [north_west_m, south_east_m]: [f64; 2]) -> (u8, f64) {
         let [north_west, south_east] = [answer(distance_m, north_west_m), answer(distance_m, south_east_m)];
@@ -116,6 +118,18 @@ impl<'a> Rule<'a> {
             Metric::Error { table, reach_per_step_m } => {
                 let [north_west, south_east] = table.plain_both(square.level, index);
                 [north_west as f64 * reach_per_step_m, south_east as f64 * reach_per_step_m]
+            }
+        }
+    }
+
+    /// No child of a square reaches farther; of one above level 1.
+    #[inline]
+    pub fn children_reach_m(&self, Spot { square, index, .. }: Spot) -> f64 {
+        match &self.metric {
+            Metric::Distance { reach_m } => reach_m[square.level as usize - 1],
+            Metric::Box { .. } => f64::INFINITY, // as far as the square itself, for all that is known
+            Metric::Error { table, reach_per_step_m } => {
+                table.worst_child(square.level, index) as f64 * reach_per_step_m
             }
         }
     }

@@ -4,7 +4,9 @@
 //! noted.
 //!
 //! Every square knows the odometer reading at which one of the decisions in it, or in any square below it, may flip.
-//! A frame visits only the squares where that has come, which are few: see `odometer`.
+//! A frame visits only the squares where that has come, which are few: see `odometer`. Of a square that is to be split,
+//! children are asked only where the eye is as near as the one that reaches farthest: errors shrink fast from level to
+//! level, so that of most such squares no child is.
 
 use crate::grid::{BOTH_HALVES, Grid, Half, Spot, Square};
 use crate::rule::{Rule, Ways, sooner};
@@ -15,10 +17,19 @@ use terrain_core::odometer::{NEVER, Odometer, PASSED, rounded_down};
 /// Bytes of [`Wishes`] for one square.
 pub(crate) const BYTES_A_SQUARE: u64 = (size_of::<u8>() + size_of::<f32>()) as u64;
 
+/// More for one that has children to ask: those above level 1.
+pub(crate) const BYTES_A_PARENT: u64 = size_of::<bool>() as u64;
+
+/// How much farther the eye must be than the children reach, so that no rounding has one ask after all.
+const CLEAR_M: f64 = 1e-3;
+
 /// The wishes of all patches above the finest layer.
 pub(crate) struct Wishes {
     /// By level and square: the halves that want to be split. Empty on level 0, which has nothing finer.
     halves: Vec<Vec<u8>>,
+    /// By level and square, from level 2: whether the children are asked one by one, and their deadlines count. Where they
+    /// are not, none of them wishes for anything.
+    asked: Vec<Vec<bool>>,
     /// By level and square: when the square is to be visited again, rounded down.
     deadlines_m: Vec<Vec<f32>>,
     /// By the number of a square's first patch: wishes that are denied, of patches whose parents' are not.
@@ -40,6 +51,7 @@ impl Wishes {
         let squares = |level: u32| if level == 0 { 0 } else { grid.layers[level as usize].squares_stored() };
         Self {
             halves: (0..=grid.top()).map(|level| vec![0; squares(level)]).collect(),
+            asked: (0..=grid.top()).map(|level| vec![false; if level > 1 { squares(level) } else { 0 }]).collect(),
             deadlines_m: (0..=grid.top()).map(|level| vec![PASSED as f32; squares(level)]).collect(),
             denied: BTreeMap::new(),
             flipped: vec![Vec::new(); grid.layers.len()],
@@ -108,8 +120,7 @@ impl Wishes {
         for cell in grid.squares(grid.top()).map(|cell| grid.spot(cell)) {
             let level = grid.top() as usize;
             if odometer.has_passed(self.deadlines_m[level][cell.index].into()) {
-                let (wish, slack_m) = rule.wish(cell);
-                let deadline_m = self.decide(rule, odometer, cell, wish, odometer.deadline_m(slack_m));
+                let deadline_m = self.ask(rule, odometer, cell, BOTH_HALVES, rule.distance_at_m(cell));
                 self.deadlines_m[level][cell.index] = rounded_down(deadline_m);
             }
         }
@@ -120,11 +131,32 @@ impl Wishes {
         self.deadlines_m.iter_mut().for_each(|layer| layer.fill(PASSED as f32));
     }
 
-    /// Takes note of what a square at a position wishes for until a deadline, and has its children visited where that may
-    /// concern them. Returns the next deadline of any.
+    /// Asks those halves of a square whose parents want to be split, in a distance from the eye. Returns the next deadline
+    /// of any in it.
     #[inline]
-    fn decide(&mut self, rule: &Rule, odometer: &Odometer, spot: Spot, mut wish: u8, deadline_m: f64) -> f64 {
-        let (grid, Spot { square, index, .. }) = (rule.grid, spot);
+    fn ask(&mut self, rule: &Rule, odometer: &Odometer, spot: Spot, with_parent: u8, distance_m: f64) -> f64 {
+        let (wish, slack_m) = Rule::wish_at(distance_m, rule.reaches_m(spot));
+        let deadline_m = odometer.deadline_m(slack_m);
+        let (wish, flips) = self.note(rule.grid, spot, wish & with_parent);
+        if spot.square.level == 1 {
+            return deadline_m;
+        }
+        // Of most squares that are split, no child is to be.
+        let slack_m = if wish == 0 { f64::INFINITY } else { distance_m - rule.children_reach_m(spot) };
+        let asks = slack_m < CLEAR_M;
+        let asked = std::mem::replace(&mut self.asked[spot.square.level as usize][spot.index], asks);
+        if asks {
+            return sooner(deadline_m, self.visit_children(rule, odometer, spot, wish, flips || !asked));
+        }
+        if asked {
+            self.merge_children(rule.grid, spot);
+        }
+        sooner(deadline_m, odometer.deadline_m(slack_m))
+    }
+
+    /// Takes note of what a square wishes for. Returns what of it is granted, and whether that is new.
+    #[inline]
+    fn note(&mut self, grid: &Grid, Spot { square, index, .. }: Spot, mut wish: u8) -> (u8, bool) {
         if square.level <= grid.window.streamed {
             let denied = if grid.may_split(square) { 0 } else { wish };
             self.deny(grid, square, denied);
@@ -136,17 +168,10 @@ impl Wishes {
         if flips {
             self.flipped[square.level as usize].push(square);
         }
-        if square.level == 1 || (wish == 0 && !flips) {
-            deadline_m
-        } else if wish == 0 {
-            self.merge_children(rule, odometer, spot);
-            deadline_m
-        } else {
-            sooner(deadline_m, self.visit_children(rule, odometer, spot, wish, flips))
-        }
+        (wish, flips)
     }
 
-    /// Decides for the children that are due, or for all. Returns the next deadline of any.
+    /// Asks the children that are due, or all. Returns the next deadline of any.
     fn visit_children(&mut self, rule: &Rule, odometer: &Odometer, parent: Spot, wish: u8, all: bool) -> f64 {
         let (grid, level, mut soonest_m) = (rule.grid, parent.square.level - 1, NEVER);
         let mut ways = Ways::default();
@@ -154,37 +179,42 @@ impl Wishes {
         for row in grid.brood(parent.square) {
             let j = row.j;
             for (i, (child, kin)) in row.children().enumerate() {
-                let due_m = if all { PASSED } else { self.deadlines_m[level as usize][child.index].into() };
-                if !odometer.has_passed(due_m) {
-                    soonest_m = sooner(soonest_m, due_m);
-                    continue;
+                let mut deadline_m = if all { PASSED } else { self.deadlines_m[level as usize][child.index].into() };
+                if odometer.has_passed(deadline_m) {
+                    deadline_m = match kin.inside(wish) {
+                        0 => self.give_up(grid, child),
+                        with_parent => {
+                            let distance_m = ways.distance_m([i, j], grid.heights_m(level, child.index));
+                            self.ask(rule, odometer, child, with_parent, distance_m)
+                        }
+                    };
+                    self.deadlines_m[level as usize][child.index] = rounded_down(deadline_m);
                 }
-                let with_parent = kin.inside(wish);
-                let (mut wished, mut deadline_m) = (0, NEVER);
-                if with_parent != 0 {
-                    let distance_m = ways.distance_m([i, j], grid.heights_m(level, child.index));
-                    let (both, slack_m) = Rule::wish_at(distance_m, rule.reaches_m(child));
-                    (wished, deadline_m) = (both & with_parent, odometer.deadline_m(slack_m));
-                }
-                deadline_m = self.decide(rule, odometer, child, wished, deadline_m);
-                self.deadlines_m[level as usize][child.index] = rounded_down(deadline_m);
                 soonest_m = sooner(soonest_m, deadline_m);
             }
         }
         soonest_m
     }
 
-    /// Takes all wishes from a square's children, which are not asked again before it has one. So their deadlines, which
-    /// would take most of the time, may stay what they are.
-    fn merge_children(&mut self, rule: &Rule, odometer: &Odometer, parent: Spot) {
-        let (level, streamed) = (parent.square.level - 1, rule.grid.window.streamed);
-        for row in rule.grid.brood(parent.square) {
+    /// Takes all wishes from a square's children, which are not asked before all are.
+    fn merge_children(&mut self, grid: &Grid, parent: Spot) {
+        for row in grid.brood(parent.square) {
             for (child, _) in row.children() {
-                if level <= streamed || self.halves[level as usize][child.index] != 0 {
-                    self.decide(rule, odometer, child, 0, NEVER);
-                }
+                self.give_up(grid, child);
             }
         }
+    }
+
+    /// Takes all wishes from a square and from what is below. Returns the deadline of that.
+    fn give_up(&mut self, grid: &Grid, spot: Spot) -> f64 {
+        let level = spot.square.level as usize;
+        if self.halves[level][spot.index] != 0 || spot.square.level <= grid.window.streamed {
+            self.note(grid, spot, 0);
+            if level > 1 && std::mem::take(&mut self.asked[level][spot.index]) {
+                self.merge_children(grid, spot);
+            }
+        }
+        NEVER
     }
 
     /// Sets all wishes, those of patches with a parent that wants to be split; at the rim, of both halves together.

@@ -105,6 +105,11 @@ fn errors_are_nested() {
         for square in (1..layers).flat_map(|level| grid.squares(level)) {
             let errors = Half::BOTH.map(|half| table.plain(&grid, square.half(half)));
             assert!(!grid.crosses_rim(square) || errors[0] == errors[1]);
+            if square.level > 1 {
+                let of_children = grid.children(square).flat_map(|child| Half::BOTH.map(|half| child.half(half)));
+                let worst = of_children.map(|child| table.plain(&grid, child)).max();
+                assert_eq!(Some(table.worst_child(square.level, grid.index(square))), worst);
+            }
             for patch in Half::BOTH.map(|half| square.half(half)) {
                 let parent = grid.parent(patch);
                 assert!(parent.is_none_or(|parent| table.plain(&grid, parent) >= table.plain(&grid, patch)));
@@ -126,6 +131,6 @@ fn flat_ground_has_no_error() {
     let grid = Grid::new(&heightmap, &Options::default());
     let table = ErrorTable::new(&heightmap, &grid);
     assert_eq!(table.step_m(), 0.0);
-    // Two layers of squares with two halves of 14 bytes.
-    assert_eq!(table.bytes(), 2 * 14 * (81 + 9));
+    // Two layers of squares with two halves of 14 bytes, and the worst children of the coarser one.
+    assert_eq!(table.bytes(), 2 * 14 * (81 + 9) + 2 * 9);
 }

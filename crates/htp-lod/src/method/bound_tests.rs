@@ -38,7 +38,7 @@ fn walk(heightmap: &Arc<Heightmap>, options: Options, seed: u64, frames: usize) 
             if repair {
                 method.levels.follow(&rule, &view);
             } else {
-                method.levels.choose(&method.grid, |square| rule.wish(method.grid.spot(square)).0);
+                method.levels.choose(&method.grid, |square| rule.wish(method.grid.spot(square)));
             }
             method.select_patches(&view);
             method.merge_vertex_buffers(&mut plan);

@@ -49,7 +49,7 @@ impl Definition<'_> {
         let (grid, mut wishes) = (self.rule.grid, Set::new());
         for patch in (1..=grid.top()).rev().flat_map(|level| self.patches(level)) {
             let with_parent = grid.parent(patch).is_none_or(|parent| self.has(&wishes, parent));
-            let is_wish = self.rule.wish(self.rule.grid.spot(patch.square)).0 & patch.half.bit() != 0;
+            let is_wish = self.rule.wish(self.rule.grid.spot(patch.square)) & patch.half.bit() != 0;
             if with_parent && is_wish && grid.may_split(patch.square) {
                 wishes.insert(grid.patch_number(patch));
             }
