@@ -47,6 +47,7 @@ mod prepared;
 mod progress;
 mod read_failures;
 mod record;
+mod render_args;
 mod repeats;
 mod report;
 mod results;
@@ -73,7 +74,6 @@ pub use crate::choices::{
     BatchingName, EdgePolicyName, IndexStoreName, LoadingName, MetricName, ScheduleName, SelectorName,
     TriangulatorName, name_of,
 };
-pub use crate::cli::{AdapterArgs, SubmissionName};
 pub use crate::dem::open as open_dem;
 pub use crate::dem_args::ReadArgs;
 pub use crate::error_pass::{Change, ErrorFrame, Judge};
@@ -82,6 +82,7 @@ pub use crate::frame_times::{percentile, sorted};
 pub use crate::methods::{MethodName, Run, Settings};
 pub use crate::parse::parse_size;
 pub use crate::prepared::Prepared;
+pub use crate::render_args::{AdapterArgs, SubmissionName};
 pub use crate::suite::{check_suite, open_flight};
 
 use crate::cli::{Cli, Command};
@@ -130,7 +131,7 @@ fn refuse(error: &clap::Error) -> ExitCode {
 }
 
 /// Lists all adapters with a mark at the one that the bench takes; xtask goes by the exit code.
-fn list_adapters(args: &cli::AdapterArgs) -> Result<(), Fault> {
+fn list_adapters(args: &AdapterArgs) -> Result<(), Fault> {
     let describe = |adapter: &ListedAdapter| {
         let AdapterFacts { name, adapter_type, backend, driver, .. } = &adapter.facts;
         let mark = if adapter.chosen { "*" } else { " " };

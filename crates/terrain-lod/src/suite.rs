@@ -15,13 +15,14 @@ use terrain_core::Heightmap;
 use crate::choices::{
     BatchingName, EdgePolicyName, IndexStoreName, LoadingName, MetricName, ScheduleName, SelectorName, TriangulatorName,
 };
-use crate::cli::{BenchArgs, MethodArgs, NormalsName, SubmissionName};
+use crate::cli::{BenchArgs, MethodArgs};
 use crate::dem_args::VoidsName;
 use crate::equal_error::EqualError;
 use crate::figures::Figure;
 use crate::flight_curves::FlightCurves;
 use crate::methods::{MethodName, Settings};
 use crate::pivot::Pivot;
+use crate::render_args::{NormalsName, SubmissionName};
 
 pub use bench::{Bench, open_flight};
 pub use file::{NamedSuite, SuiteFile, check_suite, is_folder_name};

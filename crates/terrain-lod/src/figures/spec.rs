@@ -30,9 +30,9 @@ use serde::Deserialize;
 use terrain_core::{Camera, Flight, FlightPath, Heightmap, Lens, Sample, View};
 use terrain_renderer::{Colour, Look, Normals};
 
-use crate::cli::{ColourName, NormalsName};
 use crate::fault::Fault;
 use crate::methods::Run;
+use crate::render_args::{ColourName, NormalsName};
 use crate::suite::{Bench, SIDE_PX, is_folder_name};
 
 /// One figure.
