@@ -13,7 +13,7 @@ pub fn attempt<T>(fly: impl FnOnce() -> Result<T, Fault>) -> Result<Result<T, Fa
         Err(panic) => {
             let text = panic.downcast_ref::<String>().cloned();
             let text = text.or_else(|| panic.downcast_ref::<&str>().map(|text| text.to_string())).unwrap_or_default();
-            Ok(Err(Fault::new(Cause::Failure, format_args!("panicked: {}", text.replace('\n', " ")))))
+            Ok(Err(Fault::new(Cause::Failure, format_args!("panicked: {text}"))))
         }
     }
 }

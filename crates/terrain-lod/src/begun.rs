@@ -62,10 +62,7 @@ impl Begun {
         let said = if is_bare(&own) { self.command()? } else { own };
         let no_command = |e: &dyn std::fmt::Display| {
             let name = self.folder.join("machine.json");
-            Fault::new(
-                Cause::BadInput,
-                format_args!("{}: command: {}", name.display(), e.to_string().replace('\n', " ")),
-            )
+            Fault::new(Cause::BadInput, format_args!("{}: command: {e}", name.display()))
         };
         let matches = Cli::command().try_get_matches_from(std::iter::once("terrain-lod".to_string()).chain(said));
         let cli = matches.and_then(|matches| Cli::from_arg_matches(&matches)).map_err(|e| no_command(&e))?;

@@ -36,9 +36,9 @@ pub struct Fault {
 }
 
 impl Fault {
-    /// One line: what was found, what was expected, what to do.
+    /// One line: what was found, what was expected, what to do. It stays one whatever a file says that it quotes.
     pub fn new(cause: Cause, message: impl Display) -> Self {
-        Self { cause, message: message.to_string() }
+        Self { cause, message: message.to_string().replace(char::is_control, " ") }
     }
 
     /// A value on the command line that cannot be used.

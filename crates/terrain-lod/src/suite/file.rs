@@ -143,13 +143,14 @@ fn names_puget(top: &Suite) -> bool {
     own.chain([top.dem.as_str()]).any(|dem| dem == PUGET)
 }
 
-/// Whether a suite file is sound, whatever the command line asks for; else the reason, in one line.
-pub fn check_suite(name: &str, text: &str) -> Result<(), String> {
-    let Content { top, benches } = Content::parse(name, text)?;
+/// Whether a suite file is sound, whatever the command line asks for.
+pub fn check_suite(name: &str, text: &str) -> Result<(), Fault> {
+    let refuse = |reason: String| Fault::new(Cause::BadInput, reason);
+    let Content { top, benches } = Content::parse(name, text).map_err(refuse)?;
     let own = if benches.is_empty() { Some(&top) } else { None };
     own.into_iter().chain(benches.iter().map(|(_, suite)| suite)).try_for_each(|suite| {
-        suite.validate()?;
-        suite.runs_or_none().map(drop).map_err(|fault| fault.to_string())
+        suite.validate().map_err(refuse)?;
+        suite.runs_or_none().map(drop)
     })
 }
 
@@ -290,6 +291,14 @@ mod tests {
         }
     }
 
+    /// A fuzzer's find: messages quote what a file says.
+    #[test]
+    fn no_name_in_a_suite_breaks_the_line() {
+        let text = "[[tables]]\nrows = ['bench']\nvalues = [\"a\\nb\\u001b[31m\"]";
+        let said = check_suite("a suite", text).unwrap_err().to_string();
+        assert!(said.contains("a b [31m") && !said.contains(char::is_control), "{said}");
+    }
+
     /// Files with random damage are refused in one line, or are suites.
     #[test]
     fn damaged_suites_neither_panic_nor_break_the_line() {
@@ -299,7 +308,7 @@ mod tests {
             for seed in 0..rounds {
                 let bytes = terrain_core::damage::damage(text.as_bytes(), &mut terrain_core::SplitMix64::new(seed));
                 let text = String::from_utf8_lossy(&bytes);
-                if let Err(said) = check_suite(name, &text) {
+                if let Err(said) = check_suite(name, &text).map_err(|fault| fault.to_string()) {
                     assert!(!said.contains('\n'), "{name}: seed {seed}: {said}");
                     refused += 1;
                 }

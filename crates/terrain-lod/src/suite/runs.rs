@@ -112,8 +112,7 @@ impl Suite {
 }
 
 fn parse_filter(text: &str) -> Result<Regex, Fault> {
-    let refuse = |error| Fault::usage(format!("filter '{text}': {}", format!("{error}").replace('\n', " ")));
-    Regex::new(text).map_err(refuse)
+    Regex::new(text).map_err(|error| Fault::usage(format_args!("filter '{text}': {error}")))
 }
 
 /// The settings with each value of a list in turn.
