@@ -17,5 +17,5 @@ libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
             let _ = file.read(level, cell);
         }
     }
-    let _ = file.heights_m(0);
+    let _ = (file.voids(), file.heights_m(0));
 });

@@ -7,22 +7,24 @@
 //! # The bytes
 //!
 //! ```text
-//!  | header | resident part | coarsest streamed level | ... | level 0 |      each part: a record a cell, row by row
+//!  | header | resident part | coarsest streamed level | ... | level 0 | voids |    each part: a record a cell, row by row
 //! ```
 //!
 //! | bytes of the header | little-endian |
 //! |---|---|
 //! | 8 | `htp-cell` |
-//! | 4 | version: 2 |
+//! | 4 | version: 3 |
 //! | 5 x 4 | `k`, layers, streamed levels, columns and rows of the DEM |
 //! | 2 x 8 | metres between samples in x and in z: f64 |
 //! | 4 | bytes of a height: 2 or 4 |
 //! | 2 x 8 | metres a step and metres at code 0: f64; zeros for heights of 4 bytes |
 //! | 2 x 4 | lowest and highest height in metres: f32 |
 //! | 4 | CRC-32 of the DEM's heights (f32, row by row) |
-//! | 3 x 4 | bytes of the three texts |
-//! | 4 | CRC-32 of the 92 bytes before |
-//! | by the header | source, licence and notice of the DEM, UTF-8; empty where it has none |
+//! | 8 | samples that are voids |
+//! | 4 | CRC-32 of the voids; 0 where there are none |
+//! | 4 x 4 | bytes of the four texts |
+//! | 4 | CRC-32 of the 108 bytes before |
+//! | by the header | source, licence, notice and place of the DEM, UTF-8; empty where it has none |
 //! | 4 | CRC-32 of the texts |
 //!
 //! | bytes of a record | |
@@ -32,6 +34,10 @@
 //! | by the header | lowest and highest sample in metres of each square, by level from 1: f32 |
 //! | by the header | error records (`errors`) of each square, by level from 1 |
 //! | 4 | CRC-32 of the CRC-32 of the DEM's heights, the part's finest level (u32), and all of the record before |
+//!
+//! | voids | where there are any |
+//! |---|---|
+//! | a multiple of 8 | a bit a sample, row by row over the DEM: 64 to a u64, the first in its lowest bit, zeros after the last |
 //!
 //! All records of a part have the same length, so that a cell is found without a table: what is beyond the DEM repeats
 //! its last samples, or holds zeros. The ranges of level 0 are not kept, since they follow from its samples.
@@ -44,10 +50,12 @@ mod header;
 mod local;
 mod resident;
 mod scan;
+mod voids;
 
 pub use cutter::{Cutter, cut, cut_steps};
 pub use file::{CellFile, CellSource, CellsError};
 pub use scan::{CutError, Scan};
+pub use voids::Voids;
 
 use terrain_core::{HeightFormat, HeightTiles};
 
@@ -74,11 +82,13 @@ pub struct CellsHeader {
     pub streamed: u32,
     /// CRC-32 of the DEM's heights (f32 little-endian, row by row): cells of another DEM are told by it.
     pub heights_crc: u32,
+    /// Where the DEM has no heights: those that are kept there are the fill. `None` where it has all.
+    pub voids: Option<Voids>,
     /// Where the DEM comes from.
     pub provenance: Provenance,
 }
 
-/// Where a DEM comes from and on which terms, as far as its files say.
+/// Where a DEM comes from, on which terms, and where it lies, as far as its files say.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Provenance {
     /// Who measured it, and where it can be had.
@@ -87,14 +97,16 @@ pub struct Provenance {
     pub licence: Option<String>,
     /// What whoever passes it on must say.
     pub notice: Option<String>,
+    /// Its place and coordinate system, in the words of whoever cut it: nobody here reads them.
+    pub place: Option<String>,
 }
 
 impl Provenance {
-    /// Bytes of all three texts, at most.
+    /// Bytes of all four texts, at most.
     pub const MAX_BYTES: usize = 1 << 16;
 
-    fn texts(&self) -> [&str; 3] {
-        [&self.source, &self.licence, &self.notice].map(|text| text.as_deref().unwrap_or_default())
+    fn texts(&self) -> [&str; 4] {
+        [&self.source, &self.licence, &self.notice, &self.place].map(|text| text.as_deref().unwrap_or_default())
     }
 
     /// Refuses texts that are too long to be kept with cells.
@@ -105,6 +117,11 @@ impl Provenance {
 }
 
 impl CellsHeader {
+    /// Samples of the DEM.
+    pub(crate) fn count(&self) -> u64 {
+        self.samples.iter().map(|side| *side as u64).product()
+    }
+
     /// Sample intervals along a cell.
     pub fn cell_side(&self) -> u32 {
         self.k.pow(self.layers)

@@ -69,7 +69,8 @@ mod wishes;
 pub use blocks::{index_list, local_vertices};
 pub use cell_patches::cell_patches;
 pub use cells::{
-    Cell, CellFile, CellSource, CellsError, CellsHeader, CutError, Cutter, Provenance, Resident, Scan, cut, cut_steps,
+    Cell, CellFile, CellSource, CellsError, CellsHeader, CutError, Cutter, Provenance, Resident, Scan, Voids, cut,
+    cut_steps,
 };
 pub use failures::FailedReads;
 pub use method::Htp;

@@ -25,7 +25,7 @@ pub(crate) struct Arrival {
 
 pub(crate) enum Loader {
     Live(Worker),
-    Blocking { file: CellFile, wanted: VecDeque<Sheet> },
+    Blocking { file: Box<CellFile>, wanted: VecDeque<Sheet> },
 }
 
 impl Loader {
@@ -33,7 +33,7 @@ impl Loader {
     pub fn new(file: CellFile, loading: Loading, waiting: usize) -> std::io::Result<Self> {
         match loading {
             Loading::Live => Ok(Self::Live(Worker::start(file, waiting)?)),
-            Loading::Blocking => Ok(Self::Blocking { file, wanted: VecDeque::new() }),
+            Loading::Blocking => Ok(Self::Blocking { file: Box::new(file), wanted: VecDeque::new() }),
         }
     }
 

@@ -32,6 +32,14 @@ impl VoidMask {
         Self::new(columns, is_void, |is_void| *is_void)
     }
 
+    /// The words of such a mask; `None` if they are too few, too many, or have bits after the last sample.
+    pub fn from_words(columns: u32, rows: u32, words: Vec<u64>) -> Option<Self> {
+        let samples = columns as u64 * rows as u64;
+        let beyond = words.last().filter(|_| !samples.is_multiple_of(64)).map_or(0, |last| last >> (samples % 64));
+        let count = words.iter().map(|word| u64::from(word.count_ones())).sum();
+        (words.len() as u64 == samples.div_ceil(64) && beyond == 0).then_some(Self { columns, rows, count, words })
+    }
+
     fn new<T>(columns: u32, samples: &[T], is_void: impl Fn(&T) -> bool) -> Self {
         let count = samples.iter().filter(|sample| is_void(sample)).count() as u64;
         let word = |chunk: &[T]| {
@@ -169,6 +177,12 @@ mod tests {
             assert_eq!(mask.count() as usize, flags.iter().filter(|is_void| **is_void).count());
             let indices: Vec<usize> = (0..flags.len()).filter(|index| flags[*index]).collect();
             assert_eq!(mask.indices().collect::<Vec<_>>(), indices);
+            let mut words = mask.words().to_vec();
+            assert_eq!(VoidMask::from_words(columns, rows, words.clone()), Some(mask.clone()));
+            assert_eq!(VoidMask::from_words(columns, rows, [&words[..], &[0]].concat()), None);
+            *words.last_mut().unwrap() |= 1 << 63;
+            let is_sample = (columns * rows).is_multiple_of(64);
+            assert_eq!(VoidMask::from_words(columns, rows, words).is_some(), is_sample, "a bit after the last sample");
             assert!((0..columns * rows).all(|i| mask.is_void(i % columns, i / columns) == flags[i as usize]));
         }
     }

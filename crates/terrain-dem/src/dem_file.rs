@@ -6,7 +6,7 @@ use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 use crate::formats::png::write_png16_rows;
-use crate::sidecar::place_text;
+use crate::sidecar::whereabouts;
 use crate::{Dem, DemError, write_atomically};
 
 /// How a DEM is written.
@@ -166,11 +166,10 @@ fn sidecar(dem: &Dem, format: DemFormat, steps: Option<Steps>) -> String {
     };
     text += &raw.map_or(String::new(), |kind| format!("raw = \"{}x{}:{kind}\"\n", map.columns(), map.rows()));
     // A GeoTIFF says it itself.
-    let crs = dem.reading.crs.clone().filter(|_| format != DemFormat::Tiff32);
     if format != DemFormat::Tiff32 {
-        text += &dem.georeference.as_ref().map_or(String::new(), place_text);
+        text += &whereabouts(dem.reading.crs.as_deref(), dem.georeference.as_ref());
     }
-    for (key, words) in [("crs", &crs), ("source", &dem.source), ("licence", &dem.licence), ("notice", &dem.notice)] {
+    for (key, words) in [("source", &dem.source), ("licence", &dem.licence), ("notice", &dem.notice)] {
         let words = words.as_ref().map(|words| toml::Value::from(words.as_str()));
         text += &words.map_or(String::new(), |words| format!("{key} = {words}\n"));
     }

@@ -61,10 +61,12 @@ pub use dem_file::{DemFormat, SIDECAR_MARK, Steps, sidecar_of, write_dem};
 pub use error::DemError;
 pub use formats::png::{write_png_rgb_rows, write_png16, write_png16_rows};
 pub use georef::Georeference;
+pub use load::count_voids;
 pub use mesh_file::{Mesh, MeshFormat};
 pub use options::{ColourCode, HeightUnit, RawLayout, ReadOptions, VoidPolicy};
 pub use part::Crop;
 pub use rows::{DemRows, open_rows};
+pub use sidecar::{parse_whereabouts, whereabouts};
 pub use terrain_core::VoidMask;
 
 use input::Input;

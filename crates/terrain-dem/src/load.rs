@@ -13,7 +13,7 @@ use crate::samples::SampleType;
 use crate::sidecar::Sidecar;
 use crate::spikes::{self, Census, PLAUSIBLE_M, Spikes};
 use crate::voids::{self, VoidMask};
-use crate::{Dem, DemError, HeightUnit, ReadOptions, Reading, VoidPolicy, formats};
+use crate::{Dem, DemError, Georeference, HeightUnit, ReadOptions, Reading, VoidPolicy, formats};
 
 /// A void where none is declared: the lowest int16, which SRTM and its descendants use.
 const UNDECLARED: f64 = -32_768.0;
@@ -59,6 +59,7 @@ pub struct RowsOf {
     pub name: String,
     pub samples: [u32; 2],
     pub spacing_m: [f64; 2],
+    pub georeference: Option<Georeference>,
     pub reading: Reading,
 }
 
@@ -175,8 +176,9 @@ fn by_rows(name: String, opened: Opened, options: &ReadOptions, on_row: OnRow) -
     }
     warn_of_range(&mut facts.warnings, meaning, decoded.range_m);
     let samples = [facts.columns, facts.rows];
+    let georeference = facts.georeference(spacing_m);
     let reading = reading(facts, meaning, spacing_from, options);
-    Ok(ByRows::Done(Box::new(RowsOf { name, samples, spacing_m, reading })))
+    Ok(ByRows::Done(Box::new(RowsOf { name, samples, spacing_m, georeference, reading })))
 }
 
 /// As a heightmap would.
@@ -303,7 +305,7 @@ fn settle_voids(
         return Err(format!("none of its {all} samples has a height; expected some: mend --nodata, or fetch it again"));
     }
     let (mask, count) = (VoidMask::of(facts.columns, &heights_m), all - found);
-    let mut found = format!("{count} of {all} samples ({:.3} %) are voids", count as f64 / all as f64 * 100.0);
+    let mut found = count_voids(count, all);
     if gaps > 0 {
         found += &format!(", {gaps} of them between the tiles");
     }
@@ -318,16 +320,14 @@ fn settle_voids(
         let (column, row) = (index % columns, index / columns);
         found += &format!(", {count} of them spikes, such as {height_m} m at column {column}, row {row}");
     }
-    if policy == VoidPolicy::Error {
-        return Err(format!("{found}; expected none, or --voids hole or fill"));
-    }
-    let what_becomes = match policy {
-        VoidPolicy::Hole => "left open (--voids fill fills them from their rim)",
-        _ => "filled from their rim",
-    };
-    facts.warnings.push(format!("{found}: {what_becomes}"));
+    facts.warnings.push(policy.apply(&found)?);
     voids::fill(&mask, facts.rows, &mut heights_m);
     Ok((heights_m, Some(mask)))
+}
+
+/// How many there are and what share that is, as every message about them begins.
+pub fn count_voids(count: u64, all: u64) -> String {
+    format!("{count} of {all} samples ({:.3} %) are voids", count as f64 / all as f64 * 100.0)
 }
 
 fn warn_of_range(warnings: &mut Vec<String>, meaning: Meaning, [low, high]: [f32; 2]) {

@@ -68,9 +68,13 @@ impl VoidPolicy {
         }
     }
 
-    /// For heights that go where no void mask goes.
-    pub(crate) fn without_holes(self) -> Self {
-        if self == Self::Hole { Self::Fill } else { self }
+    /// What a user should know of voids that were `found`; the refusal, if none may be.
+    pub fn apply(self, found: &str) -> Result<String, String> {
+        match self {
+            Self::Hole => Ok(format!("{found}: left open (--voids fill fills them from their rim)")),
+            Self::Fill => Ok(format!("{found}: filled from their rim")),
+            Self::Error => Err(format!("{found}; expected none, or --voids hole or fill")),
+        }
     }
 }
 

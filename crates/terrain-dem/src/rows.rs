@@ -1,13 +1,14 @@
 //! DEMs that are not loaded: their rows pass by one at a time, as often as they are asked for.
 
 use std::ops::ControlFlow;
+use std::sync::Arc;
 
-use terrain_core::Heightmap;
+use terrain_core::{Heightmap, VoidMask};
 
 use crate::load::{ByRows, RowsOf, load_rows};
 use crate::raster::OnRow;
 use crate::sidecar::Sidecar;
-use crate::{Dem, DemError, ReadOptions, Reading, find, open, open_synthetic, synthetic, tiles_of};
+use crate::{Dem, DemError, Georeference, ReadOptions, Reading, find, open, open_synthetic, synthetic, tiles_of};
 
 /// Whole DEMs of so few samples are not worth a warning: 64 MiB.
 const FEW_SAMPLES: usize = 1 << 24;
@@ -27,6 +28,10 @@ pub struct DemRows {
     pub licence: Option<String>,
     /// As in [`Dem`].
     pub notice: Option<String>,
+    /// Where rows hold the fill of voids, unless that counts as filled.
+    pub voids: Option<Arc<VoidMask>>,
+    /// As in [`Dem`].
+    pub georeference: Option<Georeference>,
     /// What the file was taken for.
     pub reading: Reading,
     heights: Heights,
@@ -45,9 +50,8 @@ enum Heights {
 /// Opens what [`open`](crate::open) does, with the same meaning and the same heights, and reads it once to know that its
 /// rows can be had: greyscale or coloured PNG, packed samples (raw, `.bil`, `.flt`, `.hgt`, PGM, `.npy`), TIFF in strips,
 /// text grids. Interlaced and tiled files, those that begin in the south, DEMs with voids and parts of DEMs are loaded as a
-/// whole, with a warning where that takes much memory. Rows bring no void mask along, so holes are filled.
+/// whole, with a warning where that takes much memory.
 pub fn open_rows(spec: &str, options: &ReadOptions) -> Result<DemRows, DemError> {
-    let options = &ReadOptions { voids: options.voids.without_holes(), ..*options };
     if options.crop.is_some() || options.thin.is_some() || options.resample_m.is_some() {
         return Ok(DemRows::of(open(spec, options)?));
     }
@@ -66,10 +70,11 @@ pub fn open_rows(spec: &str, options: &ReadOptions) -> Result<DemRows, DemError>
     let (input, sidecar) = find(spec)?;
     match load_rows(input, &sidecar, options, None, &mut |_| ControlFlow::Continue(()))? {
         ByRows::Done(found) => {
-            let RowsOf { name, samples, spacing_m, reading } = *found;
+            let RowsOf { name, samples, spacing_m, georeference, reading } = *found;
             let heights = Heights::File { spec: spec.to_owned(), options: *options };
             let Sidecar { source, licence, notice, .. } = sidecar;
-            Ok(DemRows { name, samples, spacing_m, source, licence, notice, reading, heights })
+            let voids = None;
+            Ok(DemRows { name, samples, spacing_m, source, licence, notice, voids, georeference, reading, heights })
         }
         ByRows::Refused(reason) => {
             let mut dem = DemRows::of(open(spec, options)?);
@@ -85,9 +90,10 @@ fn synthetic_rows(spec: &str, options: &ReadOptions, seed: u64) -> Result<DemRow
     let [columns, rows] = synthetic::parse(spec).map(|(columns, rows, _)| [columns, rows]).expect("a checked spec");
     let small = open_synthetic(&format!("{}2x2:{seed}", synthetic::PREFIX), options)?;
     let spacing_m = small.heightmap.spacing_m();
-    let Dem { source, licence, notice, reading, .. } = small;
+    let Dem { source, licence, notice, voids, georeference, reading, .. } = small;
     let (name, heights) = (format!("synthetic-{columns}x{rows}-{seed}"), Heights::Synthetic { seed });
-    Ok(DemRows { name, samples: [columns, rows], spacing_m, source, licence, notice, reading, heights })
+    let samples = [columns, rows];
+    Ok(DemRows { name, samples, spacing_m, source, licence, notice, voids, georeference, reading, heights })
 }
 
 impl DemRows {
@@ -99,6 +105,8 @@ impl DemRows {
             source: dem.source.clone(),
             licence: dem.licence.clone(),
             notice: dem.notice.clone(),
+            voids: dem.voids.clone().filter(|_| dem.heightmap.voids().is_some()),
+            georeference: dem.georeference.clone(),
             reading: dem.reading.clone(),
             heights: Heights::Whole(Box::new(dem)),
         }

@@ -135,14 +135,25 @@ fn is_sound(Georeference { place: Place { west, north, step }, keys }: &Georefer
     is_finite && step.iter().all(is_step) && keys.are_whole()
 }
 
+/// Coordinate system and place as sidecars say them, line by line; empty where neither is known.
+pub fn whereabouts(crs: Option<&str>, georeference: Option<&Georeference>) -> String {
+    let crs = crs.map_or(String::new(), |crs| format!("crs = {}\n", Value::from(crs)));
+    georeference.map_or(String::new(), place_text) + &crs
+}
+
+/// What such lines say, which came from a place of this name.
+pub fn parse_whereabouts(name: &str, text: &str) -> Result<(Option<String>, Option<Georeference>), DemError> {
+    let Sidecar { crs, place, .. } = Sidecar::parse(name, text)?;
+    Ok((crs, place))
+}
+
 /// A place as [`Sidecar::parse`] reads it; nothing for one that it would refuse.
-pub fn place_text(georeference: &Georeference) -> String {
+fn place_text(georeference: &Georeference) -> String {
     if !is_sound(georeference) {
         return String::new();
     }
     let Georeference { place: Place { west, north, step }, keys: GeoKeys { entries, doubles, texts } } = georeference;
-    let (place, texts) =
-        (format!("west = {west:?}, north = {north:?}, step = {step:?}"), toml::Value::from(texts.as_str()));
+    let (place, texts) = (format!("west = {west:?}, north = {north:?}, step = {step:?}"), Value::from(texts.as_str()));
     format!("place = {{ {place}, keys = {entries:?}, doubles = {doubles:?}, texts = {texts} }}\n")
 }
 

@@ -6,7 +6,10 @@ use std::sync::Arc;
 
 use htp_lod::{CellFile, CellsHeader};
 use terrain_core::{HeightFormat, Heightmap};
-use terrain_dem::{Dem, HeightUnit, MAX_SAMPLES, ReadOptions, Reading};
+use terrain_dem::{
+    Dem, Georeference, HeightUnit, MAX_SAMPLES, ReadOptions, Reading, VoidMask, VoidPolicy, count_voids,
+    parse_whereabouts,
+};
 
 use crate::cells_file;
 use crate::fault::{Cause, Fault};
@@ -15,16 +18,19 @@ use crate::fault::{Cause, Fault};
 pub struct CellsDem {
     path: PathBuf,
     file: CellFile,
+    /// Where the heights are the fill of voids.
+    voids: Option<Arc<VoidMask>>,
+    policy: VoidPolicy,
+    georeference: Option<Georeference>,
     pub reading: Reading,
 }
 
 impl CellsDem {
     /// Refuses settings that a file of cells has no use for: it says all itself.
     pub fn open(path: &Path, options: &ReadOptions) -> Result<Self, Fault> {
-        let ReadOptions { max_samples, .. } = *options;
-        if *options != (ReadOptions { max_samples, ..ReadOptions::default() }) {
-            let message =
-                "a file of cells, whose heights are metres; expected --max-samples alone of the reading options";
+        let ReadOptions { max_samples, voids: policy, .. } = *options;
+        if *options != (ReadOptions { max_samples, voids: policy, ..ReadOptions::default() }) {
+            let message = "a file of cells, whose heights are metres; expected --max-samples and --voids alone of the reading options";
             return Err(Fault::usage(format_args!("{}: {message}", path.display())));
         }
         let (file, _) = cells_file::open(path)?;
@@ -34,12 +40,20 @@ impl CellsDem {
             let message = format_args!("{}: {columns} x {rows} samples; expected at most {limit}", path.display());
             return Err(Fault::new(Cause::BadInput, message));
         }
-        let reading = reading(&file);
-        Ok(Self { path: path.to_owned(), file, reading })
+        let place = file.header().provenance.place.as_deref().unwrap_or_default();
+        let (crs, georeference) = parse_whereabouts(&format!("{}, its place", path.display()), place)?;
+        let (voids, warnings) = read_voids(path, &file, policy)?.unzip();
+        let reading = Reading { crs, warnings: warnings.into_iter().collect(), ..reading(&file) };
+        Ok(Self { path: path.to_owned(), file, voids: voids.map(Arc::new), policy, georeference, reading })
     }
 
     pub fn header(&self) -> &CellsHeader {
         self.file.header()
+    }
+
+    /// The voids, unless the fill counts.
+    pub fn open_voids(&self) -> Option<&Arc<VoidMask>> {
+        self.voids.as_ref().filter(|_| self.policy == VoidPolicy::Hole)
     }
 
     /// Calls with each row in metres until that breaks.
@@ -63,18 +77,30 @@ impl CellsDem {
             ControlFlow::Continue(())
         })?;
         let refuse = |e| Fault::new(Cause::BadInput, format_args!("{}: {e}", self.path.display()));
-        let heightmap = Heightmap::new(columns, rows, spacing_m, heights_m).map_err(refuse)?;
+        let mut heightmap = Heightmap::new(columns, rows, spacing_m, heights_m).map_err(refuse)?;
+        if let Some(voids) = self.open_voids() {
+            heightmap = heightmap.with_voids(voids.clone()).map_err(refuse)?;
+        }
         Ok(Dem {
             name: self.path.file_stem().unwrap_or_default().to_string_lossy().into_owned(),
             heightmap: Arc::new(heightmap),
             source: provenance.source,
             licence: provenance.licence,
             notice: provenance.notice,
-            voids: None,
-            georeference: None,
+            voids: self.voids,
+            georeference: self.georeference,
             reading: self.reading,
         })
     }
+}
+
+/// The voids, and what to say of them.
+fn read_voids(path: &Path, file: &CellFile, policy: VoidPolicy) -> Result<Option<(VoidMask, String)>, Fault> {
+    let Some(mask) = file.voids().map_err(|error| cells_file::fault(path, &error))? else { return Ok(None) };
+    let all = u64::from(mask.columns()) * u64::from(mask.rows());
+    let said = policy.apply(&count_voids(mask.count(), all));
+    let refuse = |reason| Fault::new(Cause::BadInput, format_args!("{}: {reason}", path.display()));
+    Ok(Some((mask, said.map_err(refuse)?)))
 }
 
 fn reading(file: &CellFile) -> Reading {

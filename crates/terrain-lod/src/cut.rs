@@ -40,6 +40,7 @@ fn scan(rows: &Rows, args: &CellsArgs) -> Result<CellsHeader, Fault> {
     let options = Options { k: args.k, layers: args.layers, ..Options::default() };
     let mut scan = Scan::new(rows.samples(), rows.spacing_m(), Some(rows.steps()), &options).map_err(Fault::usage)?;
     let progress = Progress::new("reading", rows.samples()[1] as u64);
+    rows.voids().into_iter().for_each(|mask| scan.set_voids(mask));
     for_each(rows, &mut |row_m| {
         scan.push(row_m);
         progress.step();
@@ -57,6 +58,10 @@ fn cut(rows: &Rows, header: CellsHeader, partial: &Path, out: &Path) -> Result<u
         partial.discard();
         Fault::new(Cause::BadInput, error)
     };
+    if let Some(mask) = rows.voids() {
+        let (at, piece) = cutter.cut_voids(mask).map_err(changed)?;
+        partial.write_at(at, &piece)?;
+    }
     let progress = Progress::new("cutting", all as u64);
     for_each(rows, &mut |row_m| {
         let Some(row) = cutter.push(row_m) else { return Ok(()) };

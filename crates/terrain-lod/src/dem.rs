@@ -5,7 +5,7 @@ use std::path::Path;
 
 use htp_lod::Provenance;
 use serde::Serialize;
-use terrain_dem::{Dem, DemRows, HeightUnit, ReadOptions, Reading, VoidPolicy};
+use terrain_dem::{Dem, DemRows, HeightUnit, ReadOptions, Reading, VoidMask, VoidPolicy, whereabouts};
 
 use crate::cells_dem::CellsDem;
 use crate::dem_args::{DemCommand, DemToolArgs, FormatName, InfoArgs};
@@ -16,7 +16,9 @@ use crate::{cells_file, convert, cut, shade, synth};
 /// Opens a DEM, and says on stderr what the user should know about it, one line each.
 pub fn open(spec: &str, options: &ReadOptions) -> Result<Dem, Fault> {
     if cells_file::is_one(Path::new(spec)) {
-        return CellsDem::open(Path::new(spec), options)?.load();
+        let cells = CellsDem::open(Path::new(spec), options)?;
+        warn(spec, &cells.reading);
+        return cells.load();
     }
     let dem = terrain_dem::open(spec, options)?;
     warn(spec, &dem.reading);
@@ -39,7 +41,9 @@ impl Rows {
     /// As [`open`], without loading it if that can be helped.
     pub fn open(spec: &str, options: &ReadOptions) -> Result<Self, Fault> {
         if cells_file::is_one(Path::new(spec)) {
-            return Ok(Self::Cells(CellsDem::open(Path::new(spec), options)?));
+            let cells = CellsDem::open(Path::new(spec), options)?;
+            warn(spec, &cells.reading);
+            return Ok(Self::Cells(cells));
         }
         let rows = terrain_dem::open_rows(spec, options)?;
         warn(spec, &rows.reading);
@@ -64,9 +68,23 @@ impl Rows {
     pub fn provenance(&self) -> Provenance {
         match self {
             Self::File(rows) => {
-                Provenance { source: rows.source.clone(), licence: rows.licence.clone(), notice: rows.notice.clone() }
+                let place = whereabouts(rows.reading.crs.as_deref(), rows.georeference.as_ref());
+                Provenance {
+                    source: rows.source.clone(),
+                    licence: rows.licence.clone(),
+                    notice: rows.notice.clone(),
+                    place: Some(place).filter(|place| !place.is_empty()),
+                }
             }
             Self::Cells(cells) => cells.header().provenance.clone(),
+        }
+    }
+
+    /// Where the rows hold the fill of voids that stay open.
+    pub fn voids(&self) -> Option<&VoidMask> {
+        match self {
+            Self::File(rows) => rows.voids.as_deref(),
+            Self::Cells(cells) => cells.open_voids().map(|voids| &**voids),
         }
     }
 
@@ -102,7 +120,7 @@ fn info(args: &InfoArgs) -> Result<(), Fault> {
     let (path, options) = (Path::new(&args.dem), args.read.options());
     if cells_file::is_one(path) {
         let cells = CellsDem::open(path, &options)?;
-        return say(args, &Description::of_cells(&args.dem, &cells));
+        return say(args, &Description::of_cells(&args.dem, &cells, options.voids));
     }
     let dem = terrain_dem::open(&args.dem, &options)?;
     say(args, &Description::of(&args.dem, &dem, options.voids))
@@ -141,8 +159,8 @@ struct Description<'a> {
     nodata: Option<f64>,
     /// Samples without a height.
     voids: u64,
-    /// What becomes of them; `None` of a file of cells, which has none.
-    void_policy: Option<&'static str>,
+    /// What becomes of them.
+    void_policy: &'static str,
     source: Option<&'a str>,
     licence: Option<&'a str>,
     notice: Option<&'a str>,
@@ -156,23 +174,23 @@ impl<'a> Description<'a> {
         let range_m = map.heights_m().iter().fold([f32::INFINITY, f32::NEG_INFINITY], wider);
         Self {
             voids: dem.voids.as_ref().map_or(0, |voids| voids.count()),
-            void_policy: Some(policy.name()),
             source: dem.source.as_deref(),
             licence: dem.licence.as_deref(),
             notice: dem.notice.as_deref(),
-            ..Self::new(spec, [map.columns(), map.rows()], map.spacing_m(), range_m, &dem.reading)
+            ..Self::new(spec, [map.columns(), map.rows()], map.spacing_m(), range_m, policy, &dem.reading)
         }
     }
 
     /// By the header: the heights are not read.
-    fn of_cells(spec: &'a str, cells: &'a CellsDem) -> Self {
+    fn of_cells(spec: &'a str, cells: &'a CellsDem, policy: VoidPolicy) -> Self {
         let header = cells.header();
-        let Provenance { source, licence, notice } = &header.provenance;
+        let Provenance { source, licence, notice, .. } = &header.provenance;
         Self {
+            voids: header.voids.map_or(0, |voids| voids.count),
             source: source.as_deref(),
             licence: licence.as_deref(),
             notice: notice.as_deref(),
-            ..Self::new(spec, header.samples, header.spacing_m, header.height_range_m, &cells.reading)
+            ..Self::new(spec, header.samples, header.spacing_m, header.height_range_m, policy, &cells.reading)
         }
     }
 
@@ -181,6 +199,7 @@ impl<'a> Description<'a> {
         [columns, rows]: [u32; 2],
         spacing_m: [f64; 2],
         [lowest_m, highest_m]: [f32; 2],
+        policy: VoidPolicy,
         reading: &'a Reading,
     ) -> Self {
         let extent_m = [(columns - 1) as f64 * spacing_m[0], (rows - 1) as f64 * spacing_m[1]];
@@ -202,7 +221,7 @@ impl<'a> Description<'a> {
             offset_m: reading.offset_m,
             nodata: reading.nodata,
             voids: 0,
-            void_policy: None,
+            void_policy: policy.name(),
             source: None,
             licence: None,
             notice: None,
@@ -216,7 +235,6 @@ impl<'a> Description<'a> {
         let bands = if self.bands == 1 { String::new() } else { format!(", {} bands", self.bands) };
         let unit = self.unit.unwrap_or("not said, taken as metres");
         let declared = self.nodata.map_or("none declared".to_owned(), |nodata| format!("declared: {nodata}"));
-        let policy = self.void_policy.map_or(String::new(), |policy| format!("; policy: {policy}"));
         let mut text = format!(
             "{}\n  \
              format   {}, {}{bands}\n  \
@@ -224,13 +242,14 @@ impl<'a> Description<'a> {
              size     {columns} x {rows} samples, {width_km:.1} x {depth_km:.1} km\n  \
              spacing  {x} x {z} m (by {})\n  \
              heights  {lowest_m} to {highest_m} m (unit {unit}; {scale} m a step, {offset_m} m at 0)\n  \
-             voids    {} ({declared}{policy})\n",
+             voids    {} ({declared}; policy: {})\n",
             self.dem,
             self.format,
             self.sample_type,
             self.crs.unwrap_or("not said"),
             self.spacing_from,
             self.voids,
+            self.void_policy,
         );
         for (name, line) in [("source", self.source), ("licence", self.licence), ("notice", self.notice)] {
             text += &line.map_or(String::new(), |line| format!("  {name:<8} {line}\n"));

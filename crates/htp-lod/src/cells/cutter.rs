@@ -1,18 +1,18 @@
 //! From the rows of a DEM to cells, one row of cells at a time: only their samples are in memory.
 
 use rayon::prelude::*;
-use terrain_core::Heightmap;
+use terrain_core::{Heightmap, VoidMask};
 
 use super::bytes::Part;
 use super::file::{CellSource, CellsError};
 use super::scan::{CutError, HeightsCrc, Scan};
-use super::{Cell, CellsHeader, codes, local};
+use super::{Cell, CellsHeader, Voids, codes, local, voids};
 use crate::errors::ErrorTable;
 use crate::grid::Grid;
 use crate::options::Options;
 
 /// The second of two passes over the rows of a DEM. The bytes that it makes may be written in any order:
-/// [`Self::header_bytes`] at 0, and the pieces of each row of cells.
+/// [`Self::header_bytes`] at 0, the piece of the voids, and those of each row of cells.
 ///
 /// ```text
 ///  rows --push--> last row of a row of cells? --cut--> a piece for the resident part, and for each streamed level
@@ -42,7 +42,20 @@ impl Cutter {
 
     /// Bytes of the whole file.
     pub fn file_bytes(&self) -> u64 {
+        self.records_end() + voids::length(&self.header)
+    }
+
+    fn records_end(&self) -> u64 {
         self.parts.last().expect("the resident part at least").end()
+    }
+
+    /// The voids that the scan was told of. [`CutError::Changed`] for others.
+    pub fn cut_voids(&self, mask: &VoidMask) -> Result<Piece, CutError> {
+        if Voids::of(mask) == self.header.voids {
+            Ok((self.records_end(), voids::to_bytes(mask)))
+        } else {
+            Err(CutError::Changed)
+        }
     }
 
     /// The first bytes of the file.
@@ -170,21 +183,24 @@ pub fn cut(heightmap: &Heightmap, options: &Options) -> Vec<u8> {
     cut_steps(heightmap, None, options)
 }
 
-/// As [`cut`], of heights that may be whole steps: `declared` are metres of a step and metres at 0.
+/// As [`cut`], of heights that may be whole steps: `declared` are metres of a step and metres at 0. The heightmap's voids
+/// are kept.
 pub fn cut_steps(heightmap: &Heightmap, declared: Option<[f64; 2]>, options: &Options) -> Vec<u8> {
     let samples = [heightmap.columns(), heightmap.rows()];
     let rows = || heightmap.heights_m().chunks(samples[0] as usize);
     let mut scan = Scan::new(samples, heightmap.spacing_m(), declared, options).expect("options that can be streamed");
     rows().for_each(|row_m| scan.push(row_m));
+    heightmap.voids().into_iter().for_each(|mask| scan.set_voids(mask));
     let mut cutter = Cutter::new(scan.finish());
     let mut bytes = vec![0; cutter.file_bytes() as usize];
-    let header = cutter.header_bytes();
-    bytes[..header.len()].copy_from_slice(&header);
+    let mut put = |(at, piece): Piece| bytes[at as usize..][..piece.len()].copy_from_slice(&piece);
+    put((0, cutter.header_bytes()));
+    if let Some(mask) = heightmap.voids() {
+        put(cutter.cut_voids(mask).expect("the voids of the scan"));
+    }
     for row_m in rows() {
         if cutter.push(row_m).is_some() {
-            for (at, piece) in cutter.cut().expect("the rows of the scan") {
-                bytes[at as usize..][..piece.len()].copy_from_slice(&piece);
-            }
+            cutter.cut().expect("the rows of the scan").into_iter().for_each(&mut put);
         }
     }
     bytes

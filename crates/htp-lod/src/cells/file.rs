@@ -4,9 +4,11 @@ use std::fmt::Display;
 use std::io;
 use std::sync::Arc;
 
+use terrain_core::VoidMask;
+
 use super::bytes::Part;
 use super::header::{MAGIC, VERSION};
-use super::{Cell, CellsHeader, Resident, codes, local, resident};
+use super::{Cell, CellsHeader, Resident, codes, local, resident, voids};
 use crate::grid::Grid;
 use crate::options::Options;
 
@@ -111,7 +113,7 @@ impl CellFile {
         let header = CellsHeader::read(&*source)?;
         let mut levels = Part::all(&header).split_off(1);
         levels.reverse();
-        let (found, expected) = (source.len()?, levels[0].end());
+        let (found, expected) = (source.len()?, levels[0].end() + voids::length(&header));
         if found != expected {
             return Err(CellsError::Length { found, expected });
         }
@@ -152,6 +154,11 @@ impl CellFile {
             found.ranges_m = ranges_of(&self.header, cell, &found.heights)?;
         }
         Ok(found)
+    }
+
+    /// Reads and checks the samples that have no heights, if there are any.
+    pub fn voids(&self) -> Result<Option<VoidMask>, CellsError> {
+        voids::read(&*self.source, &self.header, self.levels[0].end())
     }
 
     /// The heights in metres of one row of cells, row by row over the DEM: those of a cell's last row belong to the next

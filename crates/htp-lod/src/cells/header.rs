@@ -4,15 +4,15 @@ use terrain_core::{HeightFormat, Heightmap};
 
 use super::file::{CellSource, CellsError};
 use super::scan::check_shape;
-use super::{CellsHeader, Provenance, codes};
+use super::{CellsHeader, Provenance, Voids, codes};
 
 pub(super) const MAGIC: [u8; 8] = *b"htp-cell";
 
 /// Rises whenever the same DEM gets other bytes, or the layout changes.
-pub(super) const VERSION: u32 = 2;
+pub(super) const VERSION: u32 = 3;
 
 /// Bytes before the texts, with a checksum at their end.
-const NUMBERS: usize = 96;
+const NUMBERS: usize = 112;
 
 /// Bytes of a checksum.
 const CHECKSUM: usize = 4;
@@ -37,6 +37,9 @@ impl CellsHeader {
         [scale_m, offset_m].iter().for_each(|metres: &f64| bytes.extend(metres.to_le_bytes()));
         self.height_range_m.iter().for_each(|metres| bytes.extend(metres.to_le_bytes()));
         bytes.extend(self.heights_crc.to_le_bytes());
+        let Voids { count, crc } = self.voids.unwrap_or(Voids { count: 0, crc: 0 });
+        bytes.extend(count.to_le_bytes());
+        bytes.extend(crc.to_le_bytes());
         let texts = self.provenance.texts();
         texts.iter().for_each(|text| bytes.extend((text.len() as u32).to_le_bytes()));
         bytes.extend(crc32fast::hash(&bytes).to_le_bytes());
@@ -64,7 +67,7 @@ impl CellsHeader {
     }
 
     /// All but the texts, and their lengths.
-    fn parse(bytes: &[u8; NUMBERS]) -> Result<(Self, [usize; 3]), CellsError> {
+    fn parse(bytes: &[u8; NUMBERS]) -> Result<(Self, [usize; 4]), CellsError> {
         let mut at = Fields(bytes);
         if at.take() != MAGIC {
             return Err(CellsError::NoCells);
@@ -87,8 +90,11 @@ impl CellsHeader {
         };
         let height_range_m = [(); 2].map(|_| f32::from_le_bytes(at.take()));
         let (heights_crc, samples, provenance) = (at.u32(), [columns, rows], Provenance::default());
-        let texts = [(); 3].map(|_| at.u32() as usize);
-        let header = Self { k, layers, samples, spacing_m, format, height_range_m, streamed, heights_crc, provenance };
+        let voids = Voids { count: at.u64(), crc: at.u32() };
+        let voids = (voids != Voids { count: 0, crc: 0 }).then_some(voids);
+        let texts = [(); 4].map(|_| at.u32() as usize);
+        let header =
+            Self { k, layers, samples, spacing_m, format, height_range_m, streamed, heights_crc, voids, provenance };
         let is_sound = header.is_sound() && texts.iter().all(|bytes| *bytes <= Provenance::MAX_BYTES);
         if is_sound { Ok((header, texts)) } else { Err(damaged()) }
     }
@@ -103,6 +109,7 @@ impl CellsHeader {
             && low.is_finite()
             && high.is_finite()
             && low <= high
+            && self.voids.is_none_or(|voids| (1..=self.count()).contains(&voids.count))
     }
 }
 
@@ -113,7 +120,7 @@ fn has_checksum(bytes: &[u8]) -> bool {
 }
 
 /// Texts of some lengths, and their checksum.
-fn parse_texts(bytes: &[u8], lengths: [usize; 3]) -> Option<Provenance> {
+fn parse_texts(bytes: &[u8], lengths: [usize; 4]) -> Option<Provenance> {
     if !has_checksum(bytes) {
         return None;
     }
@@ -123,8 +130,8 @@ fn parse_texts(bytes: &[u8], lengths: [usize; 3]) -> Option<Provenance> {
         rest = after;
         Some((!text.is_empty()).then(|| text.to_owned()))
     };
-    let [source, licence, notice] = lengths;
-    Some(Provenance { source: next(source)?, licence: next(licence)?, notice: next(notice)? })
+    let [source, licence, notice, place] = lengths;
+    Some(Provenance { source: next(source)?, licence: next(licence)?, notice: next(notice)?, place: next(place)? })
 }
 
 /// Little-endian fields, one after the other.
@@ -139,6 +146,10 @@ impl Fields<'_> {
 
     fn u32(&mut self) -> u32 {
         u32::from_le_bytes(self.take())
+    }
+
+    fn u64(&mut self) -> u64 {
+        u64::from_le_bytes(self.take())
     }
 
     fn f64(&mut self) -> f64 {

@@ -1,8 +1,8 @@
 //! What has to be known of a DEM before it can be cut: one pass over its rows.
 
-use terrain_core::HeightFormat;
+use terrain_core::{HeightFormat, VoidMask};
 
-use super::{CellsHeader, Provenance, codes};
+use super::{CellsHeader, Provenance, Voids, codes};
 use crate::options::{HtpError, Options};
 
 /// Samples of which the coarsest streamed level drops all but one, along a row, at least: what stays resident is then
@@ -28,9 +28,9 @@ pub enum CutError {
         layers: u32,
     },
     /// What the DEM's files say of it is too long.
-    #[error("{bytes} bytes of source, licence and notice: expected at most {max}", max = Provenance::MAX_BYTES)]
+    #[error("{bytes} bytes of source, licence, notice and place: expected at most {max}", max = Provenance::MAX_BYTES)]
     Texts {
-        /// All three together.
+        /// All four together.
         bytes: usize,
     },
     /// The rows that were cut are not those that were scanned.
@@ -71,6 +71,7 @@ impl Scan {
             height_range_m: [f32::INFINITY, f32::NEG_INFINITY],
             streamed,
             heights_crc: 0,
+            voids: None,
             provenance: Provenance::default(),
         };
         let formats = declared
@@ -80,6 +81,12 @@ impl Scan {
             .filter(|format| codes::is_sound(*format))
             .collect();
         Ok(Self { header, formats, heights: HeightsCrc::default() })
+    }
+
+    /// Takes note of the samples that have no heights; the rows hold the fill there.
+    pub fn set_voids(&mut self, mask: &VoidMask) {
+        assert_eq!([mask.columns(), mask.rows()], self.header.samples, "a mask of the same DEM");
+        self.header.voids = Voids::of(mask);
     }
 
     /// Takes the next row, from the north.

@@ -1,7 +1,7 @@
 use std::io;
 use std::sync::Arc;
 
-use terrain_core::{HeightFormat, Heightmap, Sample, SplitMix64};
+use terrain_core::{HeightFormat, Heightmap, Sample, SplitMix64, VoidMask};
 
 use super::*;
 use crate::errors::{ErrorTable, record_length};
@@ -24,6 +24,14 @@ fn rough(columns: u32, rows: u32, seed: u64, is_whole: bool) -> Heightmap {
     // Whole metres have no negative zero.
     heights_m.iter_mut().for_each(|height_m| *height_m += 0.0);
     Heightmap::new(columns, rows, [30.0, 20.0], heights_m).unwrap()
+}
+
+/// One sample of so many has no height.
+fn with_voids(heightmap: Heightmap, seed: u64, one_in: u64) -> Heightmap {
+    let mut random = SplitMix64::new(seed);
+    let flags: Vec<bool> = heightmap.heights_m().iter().map(|_| random.below(one_in) == 0).collect();
+    let mask = VoidMask::of_flags(heightmap.columns(), &flags);
+    heightmap.with_voids(Arc::new(mask)).unwrap()
 }
 
 fn open(bytes: &[u8]) -> Result<(CellFile, Resident), CellsError> {
@@ -160,6 +168,7 @@ fn levels_that_are_streamed() {
 /// Reads all that a file has.
 fn read_all(bytes: &[u8]) -> Result<(), CellsError> {
     let (file, _) = open(bytes)?;
+    file.voids()?;
     let ([columns, rows], streamed) = (file.header().cells(), file.header().streamed);
     let cells = (0..columns * rows).map(|i| [i % columns, i / columns]);
     let mut sheets = cells.flat_map(|cell| (0..streamed).map(move |level| (level, cell)));
@@ -169,7 +178,9 @@ fn read_all(bytes: &[u8]) -> Result<(), CellsError> {
 #[test]
 fn every_changed_byte_and_every_truncation_is_noticed() {
     for is_whole in [true, false] {
-        let bytes = cut(&rough(12, 7, 5, is_whole), &options(2, 3));
+        // With whole metres, voids as well.
+        let bytes = cut(&with_voids(rough(12, 7, 5, is_whole), 1, if is_whole { 3 } else { u64::MAX }), &options(2, 3));
+        assert_eq!(open(&bytes).unwrap().0.header().voids.is_some(), is_whole);
         assert!(read_all(&bytes).is_ok());
         for at in 0..bytes.len() {
             for bit in [0x01, 0x80] {
@@ -285,10 +296,12 @@ fn cut_into(file: &mut Vec<u8>, heightmap: &Heightmap, shape: &Options, mut rows
     let rows = || heightmap.heights_m().chunks(samples[0] as usize);
     let mut scan = Scan::new(samples, heightmap.spacing_m(), None, shape).unwrap();
     rows().for_each(|row_m| scan.push(row_m));
+    heightmap.voids().into_iter().for_each(|mask| scan.set_voids(mask));
     let mut cutter = Cutter::new(scan.finish());
     if !cutter.began(file) {
         *file = vec![0; cutter.file_bytes() as usize];
-        file[..cutter.header_bytes().len()].copy_from_slice(&cutter.header_bytes());
+        put(file, vec![(0, cutter.header_bytes())]);
+        put(file, heightmap.voids().map(|mask| cutter.cut_voids(mask).unwrap()).into_iter().collect());
     }
     let mut made = 0;
     for row_m in rows() {
@@ -402,8 +415,14 @@ fn a_changed_height_without_a_code_is_not_kept_as_its_neighbour() {
 fn where_a_dem_comes_from_is_kept_with_its_cells() {
     let heightmap = rough(12, 7, 5, true);
     let text = |text: &str| Some(text.to_owned());
-    let all = Provenance { source: text("NASA"), licence: text("free"), notice: text("Höhen © NASA,\nSRTM") };
-    for provenance in [all.clone(), Provenance { licence: None, ..all.clone() }, Provenance::default()] {
+    let all = Provenance {
+        source: text("NASA"),
+        licence: text("free"),
+        notice: text("Höhen © NASA,\nSRTM"),
+        place: text("place = { west = 1.0 }"),
+    };
+    let without = [Provenance { licence: None, ..all.clone() }, Provenance { place: None, ..all.clone() }];
+    for provenance in [vec![all.clone(), Provenance::default()], without.into()].concat() {
         let mut scan = Scan::new([12, 7], [1.0; 2], None, &options(2, 3)).unwrap();
         heightmap.heights_m().chunks(12).for_each(|row_m| scan.push(row_m));
         let mut cutter = Cutter::new(CellsHeader { provenance: provenance.clone(), ..scan.finish() });
@@ -420,8 +439,67 @@ fn where_a_dem_comes_from_is_kept_with_its_cells() {
     let long = Provenance { notice: Some("n".repeat(Provenance::MAX_BYTES)), ..all };
     assert_eq!(
         long.check().unwrap_err().to_string(),
-        "65544 bytes of source, licence and notice: expected at most 65536"
+        "65566 bytes of source, licence, notice and place: expected at most 65536"
     );
+}
+
+#[test]
+fn voids_are_kept_with_cells() {
+    for_each_dem(|heightmap, k, layers, what| {
+        for (seed, one_in) in [(1, 2), (2, 40), (3, u64::MAX)] {
+            let holey = with_voids(heightmap.clone(), seed, one_in);
+            let (expected, bytes) = (holey.voids(), cut(&holey, &options(k, layers)));
+            let (file, _) = open(&bytes).unwrap();
+            let found = file.voids().unwrap();
+            assert_eq!(found.as_ref(), expected, "{what}, seed {seed}");
+            let counted = file.header().voids.map_or(0, |voids| voids.count);
+            assert_eq!(counted, expected.map_or(0, VoidMask::count), "{what}, seed {seed}");
+            let without = cut(heightmap, &options(k, layers));
+            let header = |bytes: &[u8]| open(bytes).unwrap().0.header().bytes() as usize;
+            let records = &without[header(&without)..];
+            assert_eq!(&bytes[header(&bytes)..][..records.len()], records, "{what}: heights and errors are the fill's");
+        }
+    });
+}
+
+#[test]
+fn a_header_that_promises_other_voids_is_refused() {
+    let holey = with_voids(rough(12, 7, 5, true), 1, 3);
+    let bytes = cut(&holey, &options(2, 2));
+    let (file, _) = open(&bytes).unwrap();
+    let (header, length) = (file.header().clone(), file.header().bytes() as usize);
+    let with_header = |voids: Voids| {
+        let header = CellsHeader { voids: Some(voids), ..header.clone() };
+        [&header.to_bytes(), &bytes[length..]].concat()
+    };
+    let Voids { count, crc } = header.voids.unwrap();
+    for voids in [Voids { count: count + 1, crc }, Voids { count, crc: crc ^ 1 }] {
+        let said = open(&with_header(voids)).unwrap().0.voids().unwrap_err().to_string();
+        assert_eq!(said, "damaged: voids; expected bytes with their checksum: copy or cut it again");
+    }
+    for count in [0, 12 * 7 + 1, u64::MAX] {
+        assert!(matches!(open(&with_header(Voids { count, crc })), Err(CellsError::Damaged { .. })), "{count} voids");
+    }
+}
+
+#[test]
+fn a_cut_that_was_ended_begins_anew_for_other_voids() {
+    let (heightmap, shape) = (rough(40, 70, 9, true), options(2, 4));
+    let [one, other] = [1, 2].map(|seed| with_voids(heightmap.clone(), seed, 5));
+    let mut file = Vec::new();
+    assert_eq!(cut_into(&mut file, &one, &shape, 3), 3);
+    assert_eq!(cut_into(&mut file, &one, &shape, 9), 2);
+    assert!(file == cut(&one, &shape));
+    assert_eq!(cut_into(&mut file, &other, &shape, 9), 5);
+    assert!(file == cut(&other, &shape));
+}
+
+#[test]
+fn voids_that_changed_after_the_scan_are_noticed() {
+    let [one, other] = [1, 2].map(|seed| with_voids(rough(12, 7, 5, true), seed, 5));
+    let cutter = Cutter::new(open(&cut(&one, &options(2, 2))).unwrap().0.header().clone());
+    assert!(cutter.cut_voids(one.voids().unwrap()).is_ok());
+    assert_eq!(cutter.cut_voids(other.voids().unwrap()).unwrap_err(), CutError::Changed);
 }
 
 struct Broken;
@@ -447,5 +525,8 @@ fn a_disk_that_fails_is_not_a_damaged_file() {
 fn the_bytes_of_this_version_are_pinned() {
     let height_m = |i: u32| 40.0 * ((i % 97) as f32 * (i / 97) as f32 % 23.0) + (i * 37 % 101) as f32;
     let heightmap = Heightmap::new(97, 70, [10.0; 2], (0..97 * 70).map(height_m).collect()).unwrap();
-    assert_eq!(crc32fast::hash(&cut(&heightmap, &options(3, 4))), 2_344_459_669);
+    let mut bytes = cut(&with_voids(heightmap, 1, 9), &options(3, 4));
+    // Forwards, all bytes with a checksum of their own behind them leave a CRC as it was before them.
+    bytes.reverse();
+    assert_eq!(crc32fast::hash(&bytes), 2_071_075_264);
 }

@@ -148,16 +148,17 @@ fn tiffs_in_strips_go_row_by_row() {
 }
 
 #[test]
-fn voids_are_filled_as_ever() {
+fn voids_are_filled_as_ever_and_a_mask_says_where() {
     let folder = tempfile::tempdir().unwrap();
     let void = Kind::I16.sample(3, 2);
     let file = Variant::plain(Kind::I16).file().with(42113, Value::Text(format!("{void} ")));
     let (path, fill) = (folder.path().join("a.tif"), ReadOptions { voids: VoidPolicy::Fill, ..ReadOptions::default() });
     let rows = compare_file(path.clone(), &file.bytes(), &fill);
     assert!(!is_by_rows(&rows) && rows.reading.warnings[0].ends_with("are voids: filled from their rim"));
-    // No mask goes with rows, so a hole would be ground without a word.
-    let holes = open_rows(path.to_str().unwrap(), &ReadOptions::default()).unwrap();
-    assert_eq!(holes.reading.warnings, rows.reading.warnings);
+    assert_eq!(rows.voids, None, "the fill counts");
+    let holes = compare_file(path, &file.bytes(), &ReadOptions::default());
+    let mask = holes.voids.as_ref().unwrap();
+    assert!(holes.reading.warnings[0].contains("are voids: left open") && mask.is_void(3, 2), "{mask:?}");
 }
 
 #[test]

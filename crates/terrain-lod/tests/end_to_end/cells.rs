@@ -80,7 +80,7 @@ fn cells_say_where_their_dem_comes_from() {
     assert!(info("b.cells").contains("notice   another"));
     let long = "n".repeat(65_536);
     let refused = refused(terrain_lod(place, &["dem", "cells", "a.png", "b.cells", "--notice", &long]));
-    let expected = "bytes of source, licence and notice: expected at most 65536";
+    let expected = "bytes of source, licence, notice and place: expected at most 65536";
     assert!(refused.0 == 2 && refused.1.ends_with(expected), "{refused:?}");
 }
 
@@ -185,5 +185,5 @@ fn damaged_cells_are_refused_in_one_line() {
     assert_eq!(load(&whole[..short]), (4, expected));
     fs::write(place.join("a.cells"), &whole).unwrap();
     let (code, said) = refused(terrain_lod(place, &["dem", "info", "a.cells", "--scale", "2"]));
-    assert!(code == 2 && said.contains("expected --max-samples alone of the reading options"), "{said}");
+    assert!(code == 2 && said.contains("expected --max-samples and --voids alone of the reading options"), "{said}");
 }

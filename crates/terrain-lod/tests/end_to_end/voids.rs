@@ -69,6 +69,54 @@ fn every_method_flies_over_a_hole_that_is_not_measured() {
     }
 }
 
+/// Of cells the same is measured as of the DEM that they were cut from, and the same is exported.
+#[test]
+fn cells_keep_the_voids_and_the_place_of_their_dem() {
+    let place = tempfile::tempdir().unwrap();
+    write_grid(place.path());
+    let run = |arguments: &[&str]| {
+        let output = terrain_lod(place.path(), arguments);
+        (output.status.code(), String::from_utf8_lossy(&[output.stdout, output.stderr].concat()).into_owned())
+    };
+    let (code, said) = run(&["dem", "convert", "hole.asc", "hole.cells"]);
+    assert!(code == Some(0) && said.contains("63 of 825 samples (7.636 %) are voids: left open"), "{said}");
+    assert_eq!(run(&["dem", "cells", "hole.asc", "k2.cells", "--k", "2", "--layers", "3"]).0, Some(0));
+    let fly = |dem: &str, more: &[&str]| {
+        let dem = place.path().join(dem);
+        let flight = ["--dem", dem.to_str().unwrap(), "--flight", "fly-over", "--frames", "8"];
+        bench(&[&flight[..], more].concat())
+    };
+    let measured = |row: &Row, name: &str| row[name].clone();
+    let columns = ["cracks", "triangles_max", "samples_mean", "void_samples_mean", "error_px_max", "error_px_rms"];
+    let compare = |dem: &[Row], cells: &[Row]| {
+        assert_eq!(dem.len(), cells.len());
+        for (dem, cells) in dem.iter().zip(cells) {
+            assert!(number(dem, "void_samples_mean") > 1.0);
+            columns.iter().for_each(|name| assert_eq!(measured(dem, name), measured(cells, name), "{name}"));
+        }
+    };
+    let all = ["--methods", METHODS];
+    compare(&fly("hole.asc", &all), &fly("hole.cells", &all));
+    let streamed = ["--methods", "htp-instanced", "--window-mib", "1", "--k", "2", "--layers", "3"];
+    compare(&fly("hole.asc", &streamed), &fly("k2.cells", &streamed));
+
+    let again = |from: &str, to: &str| {
+        let (code, said) = run(&["dem", "convert", from, to]);
+        assert_eq!(code, Some(0), "{said}");
+        std::fs::read(place.path().join(to)).unwrap()
+    };
+    assert!(again("hole.asc", "a.tif") == again("hole.cells", "b.tif"), "heights, voids and place");
+    assert!(again("hole.cells", "c.cells") == std::fs::read(place.path().join("hole.cells")).unwrap());
+
+    let (code, said) = run(&["dem", "info", "hole.cells", "--voids", "error"]);
+    let expected = "error: hole.cells: 63 of 825 samples (7.636 %) are voids; expected none, or --voids hole or fill\n";
+    assert_eq!((code, &said[..]), (Some(4), expected));
+    let (_, said) = run(&["dem", "info", "hole.cells", "--voids", "fill"]);
+    assert!(said.contains("voids    63 (none declared; policy: fill)"), "{said}");
+    let filled = fly("hole.cells", &["--methods", "full-grid", "--voids", "fill"]);
+    assert_eq!(number(&filled[0], "void_samples_mean"), 0.0);
+}
+
 /// A suite says what becomes of the voids of its DEM, and the flag says it louder.
 #[test]
 fn suites_have_a_policy_for_voids() {
