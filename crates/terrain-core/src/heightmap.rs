@@ -60,6 +60,8 @@ pub enum HeightmapError {
 
 /// Heights that are looked at without asking in between.
 const BLOCK: usize = 4096;
+/// Heights that are looked at side by side, as vector instructions can.
+const LANES: usize = 16;
 
 impl Heightmap {
     /// The longest side in samples: sample coordinates travel to the GPU as 16-bit integers.
@@ -67,6 +69,21 @@ impl Heightmap {
 
     /// Checks and takes a grid; `spacing_m` is the distance between neighbouring samples in x and z.
     pub fn new(columns: u32, rows: u32, spacing_m: [f64; 2], heights_m: Vec<f32>) -> Result<Self, HeightmapError> {
+        let map = Self::of_any([columns, rows], spacing_m, heights_m)?;
+        if let Some(i) = first_not_finite(&map.heights_m) {
+            let (column, row) = (i as u32 % columns, i as u32 / columns);
+            return Err(HeightmapError::Height { column, row, height_m: map.heights_m[i] });
+        }
+        Ok(map)
+    }
+
+    /// As [`Self::new`], of heights that are known to be finite: to look at all of a large grid takes longer than to read it.
+    pub fn of_finite(size: [u32; 2], spacing_m: [f64; 2], heights_m: Vec<f32>) -> Result<Self, HeightmapError> {
+        debug_assert!(are_finite(&heights_m));
+        Self::of_any(size, spacing_m, heights_m)
+    }
+
+    fn of_any([columns, rows]: [u32; 2], spacing_m: [f64; 2], heights_m: Vec<f32>) -> Result<Self, HeightmapError> {
         let side = 2..=Self::MAX_SIDE;
         if !side.contains(&columns) || !side.contains(&rows) {
             return Err(HeightmapError::Size { columns, rows });
@@ -77,10 +94,6 @@ impl Heightmap {
         }
         if !spacing_m.iter().all(|s| s.is_finite() && *s > 0.0) {
             return Err(HeightmapError::Spacing(spacing_m[0], spacing_m[1]));
-        }
-        if let Some(i) = first_not_finite(&heights_m) {
-            let (column, row) = (i as u32 % columns, i as u32 / columns);
-            return Err(HeightmapError::Height { column, row, height_m: heights_m[i] });
         }
         Ok(Self { columns, rows, spacing_m, heights_m, voids: None })
     }
@@ -205,10 +218,19 @@ impl Heightmap {
 /// The place of the first height that is NaN or infinite. Looks at many at a time: searched one by one, all heights of a
 /// sound DEM would take as long as copying them.
 fn first_not_finite(heights_m: &[f32]) -> Option<usize> {
-    let is_sound = |block: &[f32]| block.iter().fold(true, |all, height_m| all & height_m.is_finite());
-    let block = heights_m.chunks(BLOCK).position(|block| !is_sound(block))?;
+    let block = heights_m.chunks(BLOCK).position(|block| !are_finite(block))?;
     let within = heights_m[block * BLOCK..].iter().position(|height_m| !height_m.is_finite())?;
     Some(block * BLOCK + within)
+}
+
+/// Nothing is left of finite numbers times 0, and NaN of all others.
+fn are_finite(heights_m: &[f32]) -> bool {
+    let (lanes, rest) = heights_m.as_chunks::<LANES>();
+    let mut sums = [0.0; LANES];
+    for lane in lanes {
+        (0..LANES).for_each(|i| sums[i] += lane[i] * 0.0);
+    }
+    !sums.iter().chain(rest).fold(0.0, |sum, height_m| sum + height_m * 0.0).is_nan()
 }
 
 #[cfg(test)]

@@ -33,7 +33,7 @@ impl Input {
         let file = File::open(path).map_err(io_error)?;
         let length = file.metadata().map_err(io_error)?.len();
         let file_name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
-        let file = Box::new(BufReader::with_capacity(1 << 16, file));
+        let file = Box::new(BufReader::with_capacity(1 << 15, file));
         Self::new(path.display().to_string(), file_name, Some(path.to_owned()), length, file)
     }
 

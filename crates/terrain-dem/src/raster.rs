@@ -165,29 +165,51 @@ impl Rule {
 
     /// Whether all of some floats are heights as they stand. One next to a void of more digits may count as none: whoever
     /// then asks [`Self::height_m`] is told.
-    fn keeps(&self, values: &[f32]) -> bool {
-        let [nodata, undeclared] = [self.nodata, self.undeclared].map(|void| void as f32);
-        let is_height = |value: &f32| (value.abs() < ABSURD as f32) & (*value != nodata) & (*value != undeclared);
-        self.is_plain && values.iter().fold(true, |all, value| all & is_height(value))
+    fn keeps(&self, values: &[f32], look: &Look) -> bool {
+        let [low, high] = look.range_m;
+        let are_heights = look.are_finite && low > -ABSURD as f32 && high < ABSURD as f32;
+        let voids = [self.nodata, self.undeclared].map(|void| void as f32);
+        // Most are out of the range.
+        let is_none = |void: f32| !(low..=high).contains(&void) || !values.contains(&void);
+        self.is_plain && are_heights && voids.into_iter().all(is_none)
     }
 }
 
-/// The lowest and the highest of a range and some heights; NaN is neither.
-fn widened([low, high]: [f32; 2], heights_m: &[f32]) -> [f32; 2] {
-    // Whatever NaN is compared with, it is not taken.
-    let lower = |low: f32, height_m: f32| if height_m < low { height_m } else { low };
-    let higher = |high: f32, height_m: f32| if height_m > high { height_m } else { high };
-    // Several at a time, so that none waits for the one before.
-    let (sixteens, rest) = heights_m.as_chunks::<16>();
-    let (mut lows, mut highs) = ([low; 16], [high; 16]);
-    for sixteen in sixteens {
-        lows = std::array::from_fn(|i| lower(lows[i], sixteen[i]));
-        highs = std::array::from_fn(|i| higher(highs[i], sixteen[i]));
+/// What one look at some heights tells.
+struct Look {
+    /// The lowest and the highest; NaN is neither.
+    range_m: [f32; 2],
+    are_finite: bool,
+}
+
+impl Look {
+    fn at(heights_m: &[f32]) -> Self {
+        // Whatever NaN is compared with, it is not taken.
+        let lower = |low: f32, height_m: f32| if height_m < low { height_m } else { low };
+        let higher = |high: f32, height_m: f32| if height_m > high { height_m } else { high };
+        // Nothing is left of finite numbers times 0, and NaN of all others.
+        let nothing = |sum: f32, height_m: f32| sum + height_m * 0.0;
+        Self {
+            range_m: [fold(heights_m, f32::INFINITY, lower), fold(heights_m, f32::NEG_INFINITY, higher)],
+            are_finite: !fold(heights_m, 0.0, nothing).is_nan(),
+        }
     }
-    let all = |firsts: [f32; 16], pick: fn(f32, f32) -> f32| {
-        firsts.into_iter().chain(rest.iter().copied()).fold(firsts[0], pick)
-    };
-    [all(lows, lower), all(highs, higher)]
+}
+
+/// Folds heights side by side, so that none waits for the one before: by vector instructions. One fold at a time: the compiler
+/// makes a mess of two.
+fn fold(heights_m: &[f32], start: f32, one: impl Fn(f32, f32) -> f32) -> f32 {
+    let (lanes, rest) = heights_m.as_chunks::<16>();
+    let mut folded = [start; 16];
+    for lane in lanes {
+        folded.iter_mut().zip(lane).for_each(|(folded, height_m)| *folded = one(*folded, *height_m));
+    }
+    folded.iter().chain(rest).fold(start, |all, height_m| one(all, *height_m))
+}
+
+/// A range that holds another one, too.
+fn widened([low, high]: [f32; 2], [lower, higher]: [f32; 2]) -> [f32; 2] {
+    [low.min(lower), high.max(higher)]
 }
 
 /// What takes the rows of a DEM one by one, and says when it has enough.
@@ -342,24 +364,49 @@ impl<'a> Heights<'a> {
     /// Puts floats into a row of the file, from a column on: as [`Self::put`], and much sooner where all are heights as they
     /// stand.
     pub fn put_floats(&mut self, row: u32, column: u32, floats: &[[u8; 4]]) {
-        let is_copied = self.window.is_none() && self.on_row.is_none() && !self.south_up;
-        if !(is_copied && self.copy(row as usize * self.columns as usize, column, floats)) {
-            self.put(row, column, floats.iter().map(|float| f32::from_le_bytes(*float) as f64));
+        if !self.are_rows_as_filed() {
+            return self.put(row, column, floats.iter().map(|float| f32::from_le_bytes(*float) as f64));
         }
+        let start = row as usize * self.columns as usize;
+        let target = room(&mut self.heights_m, start, self.columns, column);
+        target.iter_mut().zip(floats).for_each(|(target, float)| *target = f32::from_le_bytes(*float));
+        let count = floats.len().min(target.len());
+        self.judge(start, column, count);
     }
 
-    /// Copies floats into the row that begins at `start`, and says whether that was all there is to do.
-    fn copy(&mut self, start: usize, column: u32, floats: &[[u8; 4]]) -> bool {
-        let target = room(&mut self.heights_m, start, self.columns, column);
-        let count = floats.len().min(target.len());
-        let target = &mut target[..count];
-        target.iter_mut().zip(floats).for_each(|(target, float)| *target = f32::from_le_bytes(*float));
-        let is_done = self.rule.keeps(target);
-        if is_done {
-            self.range_m = widened(self.range_m, target);
+    /// Whole rows of the file to be filled with floats, where they are kept as they stand there; then
+    /// [`Self::judge_rows`] must have them.
+    pub fn rows_to_fill(&mut self, rows: Range<u32>) -> Option<&mut [f32]> {
+        let [start, end] = [rows.start, rows.end].map(|row| row as usize * self.columns as usize);
+        self.are_rows_as_filed().then(|| {
+            if self.heights_m.len() < end {
+                self.heights_m.resize(start.max(self.heights_m.len()), f32::NAN);
+                self.heights_m.resize(end, 0.0);
+            }
+            &mut self.heights_m[start..end]
+        })
+    }
+
+    /// Finds the voids in rows that were filled.
+    pub fn judge_rows(&mut self, rows: Range<u32>) {
+        rows.for_each(|row| self.judge(row as usize * self.columns as usize, 0, self.columns as usize));
+    }
+
+    fn are_rows_as_filed(&self) -> bool {
+        self.window.is_none() && self.on_row.is_none() && !self.south_up
+    }
+
+    /// Finds the voids among so many values of the row that begins at `start`, from a column on.
+    fn judge(&mut self, start: usize, column: u32, count: usize) {
+        let values = &self.heights_m[start + column as usize..][..count];
+        let look = Look::at(values);
+        if self.rule.keeps(values, &look) {
+            self.range_m = widened(self.range_m, look.range_m);
             self.found += count as u64;
+        } else {
+            let values = values.to_vec();
+            self.put_at(start, self.columns, column, values.into_iter().map(f64::from));
         }
-        is_done
     }
 
     /// Into the row of `columns` that begins at `start`.
@@ -374,7 +421,7 @@ impl<'a> Heights<'a> {
             declared += u32::from(value == self.rule.nodata);
             undeclared += u32::from(value == self.rule.undeclared);
         }
-        self.range_m = widened(self.range_m, &target[..all as usize]);
+        self.range_m = widened(self.range_m, Look::at(&target[..all as usize]).range_m);
         self.found += u64::from(found);
         self.undeclared += u64::from(undeclared);
         self.absurd += u64::from(all - found - declared - undeclared);

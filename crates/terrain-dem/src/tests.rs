@@ -200,8 +200,9 @@ fn floats_that_are_copied_are_the_ones_that_are_computed() {
     let row = |row: usize| {
         (0..37).map(move |i| if row.is_multiple_of(2) && i == 3 * row { odd[row % 10] } else { i as f32 - 9.5 })
     };
+    let facts = || Facts::new("floats", 37, 12, SampleType::F32);
     let decode = |meaning: Meaning, is_copied: bool, rows: &[usize], column: u32| -> Decoded {
-        let mut heights = Heights::new(&Facts::new("floats", 37, 12, SampleType::F32), meaning, None);
+        let mut heights = Heights::new(&facts(), meaning, None);
         for &at in rows {
             let floats: Vec<[u8; 4]> = row(at).map(f32::to_le_bytes).collect();
             match is_copied {
@@ -224,6 +225,16 @@ fn floats_that_are_copied_are_the_ones_that_are_computed() {
             assert_eq!(copied.0.len(), 37 * 12);
             let put = 37 - column as usize;
             assert!(copied.1 as usize <= rows.len() * put, "what was never put is void");
+            if column == 0 {
+                let mut heights = Heights::new(&facts(), meaning, None);
+                for &at in rows {
+                    let this = at as u32..at as u32 + 1;
+                    let target = heights.rows_to_fill(this.clone()).unwrap();
+                    target.iter_mut().zip(row(at)).for_each(|(target, value)| *target = value);
+                    heights.judge_rows(this);
+                }
+                assert_eq!(parts(heights.finish()), copied, "{meaning:?}, {rows:?}, filled in place");
+            }
         }
     }
 }

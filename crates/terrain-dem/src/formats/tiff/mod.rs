@@ -7,17 +7,22 @@ mod layout;
 mod overview;
 mod predictor;
 
-use std::io::Read;
+use std::io::{self, Read};
+use std::ops::Range;
 
 use crate::DemError;
-use crate::input::Input;
+use crate::input::{Input, ReadSeek};
 use crate::raster::{Facts, Grid, Heights};
 use crate::samples::{ByteOrder, Packing, SampleType};
 
+use codec::Compression;
 use ifd::Tags;
 pub use ifd::is_one;
 use layout::Layout;
 use predictor::{Predictor, RowLayout};
+
+/// Bytes that are judged while a core still has them at hand.
+const AT_ONCE: u64 = 1 << 16;
 
 pub struct TiffGrid {
     input: Input,
@@ -111,6 +116,10 @@ impl TiffGrid {
         if !heights.wants(first_row..rows, first_column..columns) {
             return Ok(());
         }
+        if self.is_plain_floats() && self.fill_rows(chunk, plane, first_row, heights)? {
+            return Ok(());
+        }
+        let layout = &self.layout;
         let row_layout = RowLayout {
             interleaved: layout.interleaved() as usize,
             sample_bytes: layout.samples.bytes(),
@@ -134,6 +143,25 @@ impl TiffGrid {
         done.map_err(|error| self.chunk_error(plane + chunk, error))
     }
 
+    /// Whether rows of the file are rows of floats as a heightmap has them.
+    fn is_plain_floats(&self) -> bool {
+        let Layout { samples, compression, predictor, is_tiled, .. } = self.layout;
+        (samples, self.order, self.layout.interleaved()) == (SampleType::F32, ByteOrder::Little, 1)
+            && (compression, predictor, is_tiled) == (Compression::None, Predictor::None, false)
+    }
+
+    /// Reads a strip of such rows straight to where they are kept; false where that is not to be.
+    fn fill_rows(&mut self, chunk: u64, plane: u64, first: u32, heights: &mut Heights) -> Result<bool, DemError> {
+        let ([offset, bytes], rows) = (self.layout.chunks[(plane + chunk) as usize], self.layout.rows_of(chunk));
+        let row_bytes = self.layout.row_bytes();
+        if bytes < row_bytes * rows as u64 {
+            return Ok(false);
+        }
+        let filled =
+            fill(self.input.from(offset)?, heights, first..first + rows, (AT_ONCE / row_bytes).max(1) as usize);
+        filled.map_err(|error| self.chunk_error(plane + chunk, error))
+    }
+
     /// Errors without a number by the operating system are the decoders'.
     fn chunk_error(&self, chunk: u64, error: std::io::Error) -> DemError {
         if error.raw_os_error().is_some() {
@@ -142,4 +170,16 @@ impl TiffGrid {
         let (name, compression) = (self.layout.chunk_name(), self.layout.compression.name());
         self.input.refuse(format!("{name} {chunk} is broken ({error}); expected {compression} samples: fetch it again"))
     }
+}
+
+/// So many rows at once.
+fn fill(input: &mut dyn ReadSeek, heights: &mut Heights, rows: Range<u32>, at_once: usize) -> io::Result<bool> {
+    for start in rows.clone().step_by(at_once) {
+        let some = start..rows.end.min(start + at_once as u32);
+        let Some(values) = heights.rows_to_fill(some.clone()) else { return Ok(false) };
+        input.read_exact(bytemuck::cast_slice_mut(values))?;
+        values.iter_mut().for_each(|value| *value = f32::from_bits(u32::from_le(value.to_bits())));
+        heights.judge_rows(some);
+    }
+    Ok(true)
 }
