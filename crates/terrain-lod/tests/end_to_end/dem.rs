@@ -153,3 +153,38 @@ fn tiles_are_flown_as_one_dem() {
         assert_eq!([&row["dem_columns"], &row["dem_rows"], &row["cracks"]], ["8", "3", "0"]);
     }
 }
+
+/// Four parts with shared rims, one of them with a void, in files that have their place from sidecars.
+#[test]
+fn parts_that_were_converted_join_again() {
+    let place = tempfile::tempdir().unwrap();
+    let row = |r: u32| (0..9).map(|c| (100 + (c * 37 + r * 91) % 60).to_string()).collect::<Vec<_>>().join(" ");
+    let rows: Vec<String> = (0..7).map(row).collect();
+    let header = "ncols 9\nnrows 7\nxllcorner 500000\nyllcorner 4000000\ncellsize 30\nNODATA_value 137\n";
+    std::fs::write(place.path().join("whole.asc"), format!("{header}{}\n", rows.join("\n"))).unwrap();
+    let convert = |arguments: &[&str]| {
+        let output = terrain_lod(place.path(), &[&["dem", "convert"], arguments].concat());
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        String::from_utf8(output.stderr).unwrap()
+    };
+    let read = |name: &str| std::fs::read(place.path().join(name)).unwrap();
+    convert(&["whole.asc", "same.r32"]);
+    for ending in ["png", "r16", "r32"] {
+        let folder = place.path().join(ending);
+        std::fs::create_dir(&folder).unwrap();
+        for part in ["5x4+0+0", "5x4+4+0", "5x4+0+3", "5x4+4+3"] {
+            convert(&["whole.asc", &format!("{ending}/{part}.{ending}"), "--crop", part]);
+        }
+        let joined = format!("{ending}-joined.r32");
+        let said = convert(&[ending, &joined]);
+        assert!(read(&joined) == read("same.r32") && !said.contains("differ"), "{ending}: {said}");
+
+        std::fs::remove_file(folder.join(format!("5x4+4+3.{ending}"))).unwrap();
+        let said = convert(&[&format!("{ending}/*.{ending}"), &joined]);
+        assert!(said.contains("12 of them between the tiles"), "{ending}: {said}");
+    }
+    // A rim that says otherwise.
+    convert(&["whole.asc", "r32/5x4+4+3.r32", "--crop", "5x4+4+3", "--offset", "1"]);
+    let said = convert(&["r32", "other.r32"]);
+    assert!(said.contains("8 of 8 samples that it shares with tiles before it differ, by at most 1 m"), "{said}");
+}
