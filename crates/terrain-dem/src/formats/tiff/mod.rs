@@ -21,7 +21,7 @@ pub use ifd::is_one;
 use layout::Layout;
 use predictor::{Predictor, RowLayout};
 
-/// Bytes that are judged while a core still has them at hand.
+/// Bytes that are read at once, to the end of the row: a core has them at hand still when they are judged.
 const AT_ONCE: u64 = 1 << 16;
 
 pub struct TiffGrid {
@@ -157,8 +157,7 @@ impl TiffGrid {
         if bytes < row_bytes * rows as u64 {
             return Ok(false);
         }
-        let filled =
-            fill(self.input.from(offset)?, heights, first..first + rows, (AT_ONCE / row_bytes).max(1) as usize);
+        let filled = fill(self.input.from(offset)?, heights, first..first + rows, AT_ONCE.div_ceil(row_bytes) as usize);
         filled.map_err(|error| self.chunk_error(plane + chunk, error))
     }
 
