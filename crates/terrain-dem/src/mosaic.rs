@@ -57,7 +57,8 @@ impl Header {
         let (sidecar, opened) = open_tile(path, options)?;
         let (shown, facts) = (path.display().to_string(), opened.facts);
         let Some(place) = facts.place else {
-            let reason = "nothing says where it lies; expected tiles with a place: GeoTIFF, .hgt by its name, .asc, .bil, .flt, DTED, or any with one in a sidecar";
+            let reason = "nothing says where it lies; expected tiles with a place: GeoTIFF, .hgt by its name, .asc, .bil, \
+                          .flt, DTED, or any with one in a sidecar";
             return Err(DemError::input(&shown, reason.to_owned()));
         };
         Ok(Self { shown, sidecar, facts, meaning: opened.meaning, place })
