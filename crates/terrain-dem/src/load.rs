@@ -211,8 +211,13 @@ pub fn finish(
     let (heights_m, mask) = settle_voids(&mut facts, meaning, decoded, spikes, options.voids)?;
     warn_of_range(&mut facts.warnings, meaning, range_m);
 
-    let size = [facts.columns, facts.rows];
-    let heightmap = Heightmap::of_finite(size, spacing_m, heights_m).map_err(|e| e.to_string())?;
+    let size @ [columns, rows] = [facts.columns, facts.rows];
+    // What has a height is finite; the mean of two may not be.
+    let heightmap = match mask {
+        None => Heightmap::of_finite(size, spacing_m, heights_m),
+        Some(_) => Heightmap::new(columns, rows, spacing_m, heights_m),
+    };
+    let heightmap = heightmap.map_err(|e| e.to_string())?;
     let georeference = facts.georeference(spacing_m);
     let reading = reading(facts, meaning, spacing_from, options);
     let Sidecar { source, licence, notice, .. } = sidecar;

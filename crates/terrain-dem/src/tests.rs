@@ -257,3 +257,16 @@ fn bytes_are_found_in_any_order() {
         assert_eq!(input.bytes_at(7, 1).unwrap(), [7]);
     }
 }
+
+/// Heights near the largest number: whatever a void is filled with, it is one.
+#[test]
+fn no_fill_is_infinite() {
+    let header = "ncols 3\nnrows 3\nxllcorner 0\nyllcorner 0\ncellsize 1\nNODATA_value -1\n";
+    for rim in ["3.4e29", "-3.4e29", "0.0 3.4e29 -3.4e29"] {
+        let values = rim.split(' ').cycle().take(8).collect::<Vec<_>>();
+        let rows = format!("{}\n{} -1 {}\n{}\n", values[..3].join(" "), values[3], values[4], values[5..].join(" "));
+        let options = ReadOptions { scale: Some(1e9), ..ReadOptions::default() };
+        let dem = read_bytes("a.asc", format!("{header}{rows}").into_bytes(), &options).unwrap();
+        assert!(dem.voids.is_some() && dem.heightmap.heights_m().iter().all(|height_m| height_m.is_finite()), "{rim}");
+    }
+}
