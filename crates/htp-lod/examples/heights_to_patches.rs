@@ -1,4 +1,4 @@
-//! Heights and a camera in, triangles out: `cargo run --release -p htp-lod --example heights_to_triangles`
+//! Heights and a camera in, triangles out: `cargo run --release -p htp-lod --example heights_to_patches`
 
 use std::sync::Arc;
 

@@ -1,5 +1,5 @@
 //! What an engine does with the plans, here with plain arrays for buffers:
-//! `cargo run --release -p htp-lod --example moving_camera`
+//! `cargo run --release -p htp-lod --example moving_camera_over_patches`
 
 use std::sync::Arc;
 
