@@ -222,8 +222,12 @@ fn exaggerated(level: &Ground, times: f64) -> Ground {
     let map = &level.dem.heightmap;
     let heights = map.heights_m().iter().map(|height_m| (f64::from(*height_m) * times) as f32).collect();
     let stretched = Heightmap::new(map.columns(), map.rows(), map.spacing_m(), heights);
+    let mut stretched = stretched.expect("finite heights stay finite");
+    if let Some(voids) = level.dem.voids.clone().filter(|_| map.voids().is_some()) {
+        stretched = stretched.with_voids(voids).expect("the mask is that of the same grid");
+    }
     let mut dem = level.dem.clone();
-    dem.heightmap = Arc::new(stretched.expect("finite heights stay finite"));
+    dem.heightmap = Arc::new(stretched);
     dem.reading.scale *= times;
     dem.reading.offset_m *= times;
     // Its own file of cells has other heights.
@@ -237,5 +241,20 @@ pub fn dropped(path: &Path) -> Command {
         Command::OpenFlight(spec)
     } else {
         Command::OpenDem(spec)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn exaggerated_ground_has_its_voids() {
+        let text = "ncols 3\nnrows 2\nxllcorner 0\nyllcorner 0\ncellsize 10\nNODATA_value -1\n1 2 3\n4 -1 6\n";
+        let read = |options: &ReadOptions| terrain_dem::read_bytes("a.asc", text.into(), options).unwrap();
+        let voids = |dem| exaggerated(&Ground::new("a.asc".into(), dem), 2.0).dem.heightmap.voids().cloned();
+        assert!(voids(read(&ReadOptions::default())).unwrap().is_void(1, 1));
+        let filled = ReadOptions { voids: terrain_dem::VoidPolicy::Fill, ..ReadOptions::default() };
+        assert_eq!(voids(read(&filled)), None);
     }
 }
