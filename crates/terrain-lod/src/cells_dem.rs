@@ -30,7 +30,8 @@ impl CellsDem {
     pub fn open(path: &Path, options: &ReadOptions) -> Result<Self, Fault> {
         let ReadOptions { max_samples, voids: policy, .. } = *options;
         if *options != (ReadOptions { max_samples, voids: policy, ..ReadOptions::default() }) {
-            let message = "a file of cells, whose heights are metres; expected --max-samples and --voids alone of the reading options";
+            let message = "a file of cells, whose heights are metres; expected --max-samples and --voids alone of the \
+                           reading options";
             return Err(Fault::usage(format_args!("{}: {message}", path.display())));
         }
         let (file, _) = cells_file::open(path)?;
