@@ -182,7 +182,10 @@ impl Wishes {
                 let mut deadline_m = if all { PASSED } else { self.deadlines_m[level as usize][child.index].into() };
                 if odometer.has_passed(deadline_m) {
                     deadline_m = match kin.inside(wish) {
-                        0 => self.give_up(grid, child),
+                        0 => {
+                            self.give_up(grid, child);
+                            NEVER
+                        }
                         with_parent => {
                             let distance_m = ways.distance_m([i, j], grid.heights_m(level, child.index));
                             self.ask(rule, odometer, child, with_parent, distance_m)
@@ -205,8 +208,8 @@ impl Wishes {
         }
     }
 
-    /// Takes all wishes from a square and from what is below. Returns the deadline of that.
-    fn give_up(&mut self, grid: &Grid, spot: Spot) -> f64 {
+    /// Takes all wishes from a square and from what is below.
+    fn give_up(&mut self, grid: &Grid, spot: Spot) {
         let level = spot.square.level as usize;
         if self.halves[level][spot.index] != 0 || spot.square.level <= grid.window.streamed {
             self.note(grid, spot, 0);
@@ -214,7 +217,6 @@ impl Wishes {
                 self.merge_children(grid, spot);
             }
         }
-        NEVER
     }
 
     /// Sets all wishes, those of patches with a parent that wants to be split; at the rim, of both halves together.
