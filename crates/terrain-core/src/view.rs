@@ -154,6 +154,7 @@ impl View {
     }
 
     /// Distance in metres from the eye to the nearest point of a box; 0 inside it.
+    #[inline]
     pub fn distance_m(&self, bounds: &Aabb) -> f64 {
         let nearest = self.eye_world.clamp(DVec3::from(bounds.min), DVec3::from(bounds.max));
         nearest.distance(self.eye_world)
