@@ -30,6 +30,7 @@
 
 mod family;
 mod layer;
+mod region;
 mod storage;
 
 use crate::cells::CellsHeader;
@@ -40,6 +41,7 @@ use terrain_core::{Aabb, Heightmap, PatchInstance, PatchTag, Sample};
 pub(crate) use family::Kin;
 pub(crate) use layer::Layer;
 use layer::Position;
+pub(crate) use region::Region;
 pub(crate) use storage::{Run, Spot};
 
 /// One of the two patches of a square, named after the corner where its right angle is.
@@ -103,6 +105,8 @@ pub(crate) struct Grid {
     pub window: Window,
     /// By row and column among a square's children.
     kin: Vec<Kin>,
+    /// Lowest and highest sample, once the top layer has its own.
+    range_m: [f64; 2],
 }
 
 impl Grid {
@@ -131,7 +135,15 @@ impl Grid {
     /// Without height ranges.
     pub fn sized(samples: [u32; 2], spacing_m: [f64; 2], options: &Options, window: Window) -> Self {
         let last = samples.map(|samples| samples - 1);
-        let mut grid = Self { k: options.k, last, spacing_m, layers: Vec::new(), window, kin: Kin::all(options.k) };
+        let mut grid = Self {
+            k: options.k,
+            last,
+            spacing_m,
+            layers: Vec::new(),
+            window,
+            kin: Kin::all(options.k),
+            range_m: [f64::INFINITY, f64::NEG_INFINITY],
+        };
         for level in 0..options.layers {
             let (step, side) = (grid.k.pow(level), grid.k.pow(level + 1));
             let [size, inside] = [last.map(|end| end.div_ceil(side)), last.map(|end| end / side)];

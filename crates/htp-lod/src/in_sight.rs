@@ -51,10 +51,11 @@ impl InSight {
         }
         changed.into_iter().for_each(|square| self.mark(grid, square));
         let mut visit = Visit { grid, levels, layers: &mut self.layers, slots };
-        for cell in grid.squares(grid.top()) {
+        culling.cells(grid, &mut |cell, culling| match culling {
             // Nothing is coarser than the top layer.
-            visit.square(grid.spot(cell), [Some(0); 2], culling);
-        }
+            Some(culling) => visit.square(grid.spot(cell), [Some(0); 2], culling),
+            None => visit.clear(grid.spot(cell)),
+        });
     }
 
     /// The same from nothing.
@@ -62,7 +63,7 @@ impl InSight {
         slots.clear();
         self.layers.iter_mut().for_each(|layer| layer.fill(NOTHING));
         let mut anew = Anew { layers: &mut self.layers, slots };
-        grid.squares(grid.top()).for_each(|cell| leaves::collect(grid, levels, cell, culling, &mut anew));
+        culling.cells_in_sight(grid, |cell, culling| leaves::collect(grid, levels, cell, culling, &mut anew));
     }
 
     /// Marks a square and all above it. What is out of sight needs no mark: all of it is visited when it comes in

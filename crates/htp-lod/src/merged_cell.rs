@@ -60,8 +60,9 @@ impl MergedCell {
             self.cells[grid.index(grid.cell_of(square))].is_current = false;
         }
         self.visible.clear();
-        let in_sight = |cell: &Square| culling.inside(grid, grid.spot(*cell)).is_some();
-        self.visible.extend(grid.squares(grid.top()).filter(in_sight));
+        culling.cells_in_sight(grid, |cell, culling| {
+            self.visible.extend(culling.inside(grid, grid.spot(cell)).map(|_| cell));
+        });
     }
 
     /// Phase 6: one draw a cell, once its list is up to date: one transfer a cell.

@@ -18,7 +18,7 @@ impl PerPatch {
     /// Phase 4, continued: the patch and the matching block of each place in sight.
     pub fn select(&mut self, grid: &Grid, levels: &Levels, culling: Culling) {
         self.leaves.clear();
-        grid.squares(grid.top()).for_each(|cell| leaves::collect(grid, levels, cell, culling, &mut self.leaves));
+        culling.cells_in_sight(grid, |cell, culling| leaves::collect(grid, levels, cell, culling, &mut self.leaves));
     }
 
     /// Phase 6, rendering: each patch with its plain list or its matching block.

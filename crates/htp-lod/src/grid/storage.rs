@@ -97,6 +97,10 @@ impl Grid {
         for (square, range_m) in self.squares(level).zip(ranges_m) {
             heights_m[self.index(square)] = range_m;
         }
+        if level == self.top() {
+            let wider = |[low, high]: [f64; 2], [l, h]: [f32; 2]| [low.min(l.into()), high.max(h.into())];
+            self.range_m = heights_m.iter().copied().fold(self.range_m, wider);
+        }
         self.layers[level as usize].heights_m = heights_m;
     }
 
