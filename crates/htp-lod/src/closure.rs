@@ -31,10 +31,10 @@
 use crate::blocks::Side;
 use crate::border::{Border, sides_of};
 use crate::deadlines::{self, Deadlines};
-use crate::grid::{BOTH_HALVES, Grid, Half, Patch, Spot, Square};
+use crate::grid::{BOTH_HALVES, Grid, Half, Patch, Square};
 use crate::repair::{DeniedBlock, Repair, Verdict, Wants};
 use crate::rule::Rule;
-use crate::split::Split;
+use crate::split::{FrontierSquare, Split};
 use crate::wishes::Wishes;
 use std::collections::BTreeMap;
 use terrain_core::odometer::{NEVER, Odometer};
@@ -125,19 +125,18 @@ impl Closure {
         let rule = rule.filter(|(rule, _)| rule.errors().is_some());
         let repair = rule.map(|(rule, odometer)| Repair { rule, odometer, border });
         *frontier = 0;
-        let mut list = Vec::new();
+        let (mut squares, mut arrived) = (Vec::new(), Vec::new());
         for (number, level) in levels.iter_mut().enumerate().skip(1) {
             split.0[number].copy_from_slice(&wishes.halves()[number]);
             level.clear();
-            list.clear();
-            split.frontier(grid, number as u32, &mut list);
-            if number > 1 {
-                restrict(grid, border, split, &mut list);
-            }
-            *frontier += list.len();
+            arrived = restrict(grid, split, &squares, &arrived);
+            squares.clear();
+            split.frontier(grid, number as u32, &mut squares);
+            *frontier += squares.len();
             if let Some(repair) = &repair {
-                list.iter().for_each(|parent| level.judge(repair, split, *parent, BOTH_HALVES));
+                squares.iter().for_each(|square| level.judge(repair, split, *square, BOTH_HALVES));
                 level.run_rounds(repair, &mut Draft::new(grid, split));
+                arrived.extend(&level.forced);
             }
         }
     }
@@ -216,7 +215,8 @@ impl Level {
             }
             for square in due.chunk_by(|a, b| a / 2 == b / 2) {
                 let halves = square.iter().map(|place| 1 << (place % 2)).sum();
-                self.judge(repair, draft.split, grid.spot_at(number, square[0] as usize / 2), halves);
+                let spot = grid.spot_at(number, square[0] as usize / 2);
+                self.judge(repair, draft.split, draft.split.frontier_square(grid, spot), halves);
             }
             self.run_rounds(repair, &mut draft);
         }
@@ -224,9 +224,9 @@ impl Level {
     }
 
     /// Round 0 for halves of a square that want nothing yet, with the base split and nothing else.
-    fn judge(&mut self, repair: &Repair, split: &Split, parent: Spot, halves: u8) {
-        for (half, Verdict { deadline_m, wants }) in verdicts(repair, split, parent, halves) {
-            let place = 2 * parent.index as u32 + half as u32;
+    fn judge(&mut self, repair: &Repair, split: &Split, square: FrontierSquare, halves: u8) {
+        for (half, Verdict { deadline_m, wants }) in verdicts(repair, split, square, halves) {
+            let place = 2 * square.spot.index as u32 + half as u32;
             self.deadlines.set(place, deadline_m);
             if let Some(wants) = wants {
                 self.wants.insert(place, *wants);
@@ -242,8 +242,8 @@ impl Level {
             let first = self.forced.len();
             wanted.drain(..).for_each(|patch| self.forced.extend(draft.force(patch)));
             for parent in &self.forced[first..] {
-                let spot = repair.rule.grid.spot(parent.square);
-                for (_, Verdict { deadline_m, wants }) in verdicts(repair, draft.split, spot, parent.half.bit()) {
+                let square = draft.split.frontier_square(draft.grid, draft.grid.spot(parent.square));
+                for (_, Verdict { deadline_m, wants }) in verdicts(repair, draft.split, square, parent.half.bit()) {
                     self.later.deadline_m = self.later.deadline_m.min(deadline_m);
                     let Wants { split, denied } = wants.map_or_else(Wants::default, |wants| *wants);
                     self.later.denied.extend(denied);
@@ -255,14 +255,17 @@ impl Level {
 }
 
 /// What comes out for halves of a square by what is split now.
-fn verdicts(repair: &Repair, split: &Split, parent: Spot, halves: u8) -> impl Iterator<Item = (Half, Verdict)> {
-    let (is_split, coarser) = (split.halves_at(parent), split.coarser_sides(repair.rule.grid, parent));
-    let distance_m = repair.rule.distance_at_m(parent);
+fn verdicts(
+    repair: &Repair,
+    split: &Split,
+    FrontierSquare { spot, coarser }: FrontierSquare,
+    halves: u8,
+) -> impl Iterator<Item = (Half, Verdict)> {
+    let distance_m = repair.rule.distance_at_m(spot);
     Half::BOTH.into_iter().filter(move |half| halves & half.bit() != 0).map(move |half| {
         let coarser = coarser[half as usize];
-        let is_along_border = is_split & half.bit() != 0 && coarser != 0;
-        let verdict = || repair.judge(split, parent, half, (distance_m, coarser));
-        (half, if is_along_border { verdict() } else { Verdict::NOTHING })
+        let verdict = || repair.judge(split, spot, half, (distance_m, coarser));
+        (half, if coarser != 0 { verdict() } else { Verdict::NOTHING })
     })
 }
 
@@ -358,23 +361,42 @@ fn touches(grid: &Grid, border: &Border, split: &Split, patch: Patch, side: Side
         && split.any_child(grid, patch, border.positions(patch.half, side))
 }
 
-/// Splits what the restriction asks for, starting from the level's wishes, of which `list` holds the squares with
-/// coarser sides. Those where something has come in are appended: it may touch others.
-fn restrict(grid: &Grid, border: &Border, split: &mut Split, list: &mut Vec<Spot>) {
-    let mut next = 0;
-    while let Some(spot) = list.get(next).copied() {
-        next += 1;
-        let (halves, coarser) = (split.halves_at(spot), split.coarser_sides(grid, spot));
-        for parent in (Change { square: spot.square, halves }).patches() {
-            for side in sides_of(coarser[parent.half as usize]) {
-                if touches(grid, border, split, parent, side) {
-                    let beyond = grid.neighbour(parent, side).expect("a coarser side has a neighbour").square;
-                    let half = parent.half.other().bit();
-                    if split.insert(grid, beyond, together(grid, beyond, half)) != 0 {
-                        list.push(grid.spot(beyond));
-                    }
-                }
-            }
+/// Splits what the restriction asks for beside the wishes of a level, and returns it. Of the level below it takes the
+/// frontier, and the patches that no wish has split.
+fn restrict(grid: &Grid, split: &mut Split, frontier: &[FrontierSquare], arrived: &[Patch]) -> Vec<Patch> {
+    let mut added = Vec::new();
+    // What is split has a parent that is, unless it has just arrived.
+    for parent in arrived.iter().filter_map(|child| grid.parent(*child)) {
+        enter(grid, split, parent, &mut added);
+    }
+    for FrontierSquare { spot, coarser } in frontier {
+        let touched = grid.kin_at(spot.at).touched;
+        let touching = [0, 1].map(|half| touched[half] & coarser[half]);
+        if touching != [0; 2] {
+            restrict_beyond(grid, split, grid.parent_square(spot.square), touching, &mut added);
         }
     }
+    for Patch { square, half } in arrived {
+        let mut touching = [0; 2];
+        touching[*half as usize] = grid.kin(*square).touched[*half as usize];
+        restrict_beyond(grid, split, grid.parent_square(*square), touching, &mut added);
+    }
+    added
+}
+
+/// Splits the patches beyond those sides of a square's halves that are touched by a child that is split.
+fn restrict_beyond(grid: &Grid, split: &mut Split, square: Square, touching: [u8; 2], added: &mut Vec<Patch>) {
+    let coarser = split.coarser_sides(grid, grid.spot(square));
+    for half in Half::BOTH {
+        for side in sides_of(touching[half as usize] & coarser[half as usize]) {
+            let beyond = grid.neighbour(square.half(half), side).expect("a coarser side has a neighbour");
+            enter(grid, split, beyond, added);
+        }
+    }
+}
+
+/// Splits a patch, and takes note of what was not split.
+fn enter(grid: &Grid, split: &mut Split, Patch { square, half }: Patch, added: &mut Vec<Patch>) {
+    let halves = split.insert(grid, square, together(grid, square, half.bit()));
+    added.extend(Change { square, halves }.patches());
 }

@@ -38,7 +38,7 @@ use crate::options::Options;
 use crate::window::Window;
 use terrain_core::{Aabb, Heightmap, PatchInstance, PatchTag, Sample};
 
-pub(crate) use family::Kin;
+pub(crate) use family::{Child, Kin};
 pub(crate) use layer::Layer;
 use layer::Position;
 pub(crate) use region::Region;
@@ -105,6 +105,8 @@ pub(crate) struct Grid {
     pub window: Window,
     /// By row and column among a square's children.
     kin: Vec<Kin>,
+    /// By half: its children.
+    in_half: [Vec<Child>; 2],
     /// Lowest and highest sample, once the top layer has its own.
     range_m: [f64; 2],
 }
@@ -142,6 +144,7 @@ impl Grid {
             layers: Vec::new(),
             window,
             kin: Kin::all(options.k),
+            in_half: Half::BOTH.map(|half| Child::all(options.k, half)),
             range_m: [f64::INFINITY, f64::NEG_INFINITY],
         };
         for level in 0..options.layers {

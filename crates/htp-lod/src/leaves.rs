@@ -68,7 +68,7 @@ impl<S: Sink> Visit<'_, S> {
     fn square(&mut self, spot: Spot, masks: [Option<u8>; 2], culling: Culling) {
         let Some(culling) = culling.inside(self.grid, spot) else { return };
         let split = self.levels.split().halves_at(spot);
-        self.leaves(spot, masks, split, self.grid.layer(spot.square));
+        self.leaves(spot, masks, split);
         if spot.square.level > 0 {
             self.sink.seen(spot, culling.sight());
             if split != 0 {
@@ -78,30 +78,55 @@ impl<S: Sink> Visit<'_, S> {
     }
 
     /// The halves that are not split.
-    #[inline]
-    fn leaves(&mut self, Spot { square, index, .. }: Spot, masks: [Option<u8>; 2], split: u8, layer: &Layer) {
+    fn leaves(&mut self, Spot { square, index, .. }: Spot, masks: [Option<u8>; 2], split: u8) {
         for half in Half::BOTH {
             let Some(mask) = masks[half as usize] else { continue };
             if split & half.bit() == 0 {
-                let patch = square.half(half);
-                assert_ne!(mask, ALL_COLLAPSED, "{patch:?} meets coarser patches on all sides");
-                self.sink.leaf(Leaf { patch, mask }, index, layer);
+                self.leaf(square.half(half), mask, index, self.grid.layer(square));
             }
         }
     }
 
+    #[inline]
+    fn leaf(&mut self, patch: Patch, mask: u8, index: usize, layer: &Layer) {
+        assert_ne!(mask, ALL_COLLAPSED, "{patch:?} meets coarser patches on all sides");
+        self.sink.leaf(Leaf { patch, mask }, index, layer);
+    }
+
     fn children(&mut self, parent: Spot, split: u8, culling: Culling) {
+        if culling.is_whole() {
+            return self.children_in_sight(parent, split);
+        }
         let coarser = coarser_sides(self.grid, self.levels, parent, split);
-        let finest = &self.grid.layers[0];
-        // Most leaves are of the finest layer, and most of their parents wholly in sight.
-        let are_leaves_in_sight = parent.square.level == 1 && culling.is_whole();
         for row in self.grid.brood(parent.square) {
             for (child, kin) in row.children() {
                 let masks = leaf_masks(coarser, kin);
-                if are_leaves_in_sight {
-                    self.leaves(child, masks, 0, finest);
-                } else if masks != [None; 2] {
+                if masks != [None; 2] {
                     self.square(child, masks, culling);
+                }
+            }
+        }
+    }
+
+    /// The same where all of them are in sight, as most are.
+    fn children_in_sight(&mut self, parent: Spot, split: u8) {
+        let (grid, levels) = (self.grid, self.levels);
+        let coarser = levels.split().coarser_sides(grid, parent);
+        let layer = &grid.layers[parent.square.level as usize - 1];
+        for half in Half::BOTH.into_iter().filter(|half| split & half.bit() != 0) {
+            for (spot, child) in grid.child_patches(parent.square.half(half)) {
+                if levels.split().halves_at(spot) & child.half.bit() == 0 {
+                    self.leaf(spot.square.half(child.half), coarser[half as usize] & child.touched, spot.index, layer);
+                }
+            }
+        }
+        if parent.square.level > 1 {
+            let children = grid.brood(parent.square).flat_map(|row| row.children());
+            for (child, _) in children.filter(|(_, kin)| kin.inside(split) != 0) {
+                self.sink.seen(child, Sight::Whole);
+                let split = levels.split().halves_at(child);
+                if split != 0 {
+                    self.children_in_sight(child, split);
                 }
             }
         }

@@ -7,6 +7,14 @@ use crate::grid::{BOTH_HALVES, Grid, Half, Patch, Spot, Square};
 #[derive(Clone)]
 pub(crate) struct Split(pub Vec<Vec<u8>>);
 
+/// A square with split patches where a level ends.
+#[derive(Clone, Copy)]
+pub(crate) struct FrontierSquare {
+    pub spot: Spot,
+    /// By half: the sides beyond which nothing is split; none of a half that is not split itself.
+    pub coarser: [u8; 2],
+}
+
 impl Split {
     /// The halves of a square that are split.
     #[inline]
@@ -47,30 +55,34 @@ impl Split {
     }
 
     /// Appends the squares of a level that hold split patches with coarser sides.
-    pub fn frontier(&self, grid: &Grid, level: u32, list: &mut Vec<Spot>) {
-        let bits = &self.0[level as usize];
-        for index in non_zero(bits) {
-            let spot = grid.spot_at(level, index);
-            let [north_west, south_east] = self.coarser_sides(grid, spot);
-            let with_coarser = (north_west != 0) as u8 + 2 * (south_east != 0) as u8;
-            if bits[index] & with_coarser != 0 {
-                list.push(spot);
+    pub fn frontier(&self, grid: &Grid, level: u32, list: &mut Vec<FrontierSquare>) {
+        for index in non_zero(&self.0[level as usize]) {
+            let square = self.frontier_square(grid, grid.spot_at(level, index));
+            if square.coarser != [0; 2] {
+                list.push(square);
             }
         }
     }
 
+    /// What of a square is split, and where it has coarser sides.
+    #[inline(always)]
+    pub fn frontier_square(&self, grid: &Grid, spot: Spot) -> FrontierSquare {
+        let (halves, [north_west, south_east]) = (self.halves_at(spot), self.coarser_sides(grid, spot));
+        let of_split = |half: Half, coarser: u8| if halves & half.bit() != 0 { coarser } else { 0 };
+        FrontierSquare { spot, coarser: [of_split(Half::NorthWest, north_west), of_split(Half::SouthEast, south_east)] }
+    }
+
     /// Of both halves of a square, as if both were split: the sides beyond which nothing is split. There the children
     /// meet a coarser neighbour.
-    #[inline]
+    #[inline(always)]
     pub fn coarser_sides(&self, grid: &Grid, spot: Spot) -> [u8; 2] {
         let bits = &self.0[spot.square.level as usize];
         let [west, north, east, south] = grid.around(spot, |index| bits[index], BOTH_HALVES);
         let own = bits[spot.index];
-        let coarser = |half: Half, [hypotenuse, left, right]: [u8; 3]| {
-            let is_split = |halves: u8| halves >> half as u8 & 1;
-            ALL_COLLAPSED ^ (is_split(hypotenuse) | is_split(left) << 1 | is_split(right) << 2)
-        };
-        [coarser(Half::SouthEast, [own, west, north]), coarser(Half::NorthWest, [own, east, south])]
+        // By the other half of all three, in the order of the sides' bits.
+        let [north_west, south_east] =
+            [[own, west, north].map(|halves| halves >> 1), [own, east, south].map(|halves| halves & 1)];
+        [north_west, south_east].map(|[hypotenuse, left, right]| ALL_COLLAPSED ^ (hypotenuse | left << 1 | right << 2))
     }
 }
 
@@ -126,7 +138,7 @@ mod tests {
                 };
                 let expected: BTreeSet<usize> = stored().filter(is_frontier).map(|square| grid.index(square)).collect();
                 let length = found.len();
-                let found: BTreeSet<usize> = found.into_iter().map(|spot| spot.index).collect();
+                let found: BTreeSet<usize> = found.into_iter().map(|square| square.spot.index).collect();
                 assert_eq!(found.len(), length);
                 assert_eq!(found, expected, "window {window}, eye {eye:?}");
             }

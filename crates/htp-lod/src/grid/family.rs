@@ -36,6 +36,34 @@ impl Kin {
     }
 }
 
+/// A child patch of a half of a square: the same for all squares.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Child {
+    /// Column and row of its square among the children.
+    place: [u32; 2],
+    /// The position of its square in the brood.
+    at: usize,
+    pub half: Half,
+    /// The sides of its parent that it touches, as a mask.
+    pub touched: u8,
+}
+
+impl Child {
+    /// Those of one half of a square, row by row.
+    pub(super) fn all(k: u32, parent: Half) -> Vec<Self> {
+        let places = (0..k).flat_map(|j| (0..k).map(move |i| [i, j]));
+        let patches = places.flat_map(|place| Half::BOTH.map(|half| (place, half)));
+        let inside = patches.filter(|([i, j], half)| parent_half(k, *half, *i, *j) == parent);
+        let child = |(place @ [i, j], half): ([u32; 2], Half)| Self {
+            place,
+            at: (j * k + i) as usize,
+            half,
+            touched: touched_sides(k, half, i, j),
+        };
+        inside.map(child).collect()
+    }
+}
+
 /// The half of the parent square in which a child patch lies; `i` and `j` are its square's column and row there.
 fn parent_half(k: u32, child: Half, i: u32, j: u32) -> Half {
     if i + j + (child as u32) < k { Half::NorthWest } else { Half::SouthEast }
@@ -99,6 +127,18 @@ impl Grid {
         })
     }
 
+    /// The children of a patch.
+    #[inline]
+    pub fn child_patches(&self, Patch { square, half }: Patch) -> impl Iterator<Item = (Spot, &Child)> {
+        let first = Square { level: square.level - 1, column: square.column * self.k, row: square.row * self.k };
+        let (size, start) = (self.layer(first).size, self.brood_start(square));
+        self.in_half[half as usize].iter().filter_map(move |child| {
+            let [column, row] = [first.column + child.place[0], first.row + child.place[1]];
+            let spot = Spot { square: Square { column, row, ..first }, index: start + child.at, at: child.at };
+            (column < size[0] && row < size[1]).then_some((spot, child))
+        })
+    }
+
     /// The squares alone.
     pub fn children(&self, square: Square) -> impl Iterator<Item = Square> {
         self.brood(square).flat_map(|row| row.children().map(|(child, _)| child.square))
@@ -108,6 +148,12 @@ impl Grid {
     #[inline]
     pub fn kin(&self, child: Square) -> &Kin {
         &self.kin[(child.row % self.k * self.k + child.column % self.k) as usize]
+    }
+
+    /// The same by its position in the brood.
+    #[inline]
+    pub fn kin_at(&self, at: usize) -> &Kin {
+        &self.kin[at]
     }
 
     /// The patch of which this one is a single triangle; none on the top layer.
@@ -144,8 +190,20 @@ impl Grid {
 
     /// What there is of the squares in the west, north, east and south of a stored one, by their index; `beyond` for
     /// those beyond the DEM.
-    #[inline]
-    pub fn around<T: Copy>(&self, Spot { square, index, at }: Spot, of: impl Fn(usize) -> T, beyond: T) -> [T; 4] {
+    #[inline(always)]
+    pub fn around<T: Copy>(&self, spot: Spot, of: impl Fn(usize) -> T, beyond: T) -> [T; 4] {
+        let layer = self.layer(spot.square);
+        let is_inside = |at: u32, count: u32| at.wrapping_sub(1) < count.saturating_sub(2);
+        let Square { column, row, .. } = spot.square;
+        if !layer.wraps && is_inside(column, layer.size[0]) && is_inside(row, layer.size[1]) {
+            return layer.positions[spot.at].around.map(|away| of(spot.index.wrapping_add_signed(away)));
+        }
+        self.around_at_ends(spot, of, beyond)
+    }
+
+    /// The same at the ends of the DEM or of a window: of few squares, so kept out of the way of the others.
+    #[inline(never)]
+    fn around_at_ends<T: Copy>(&self, Spot { square, index, at }: Spot, of: impl Fn(usize) -> T, beyond: T) -> [T; 4] {
         let (layer, Square { level, column, row }) = (self.layer(square), square);
         let [columns, rows] = layer.size;
         let exist = [column > 0, row > 0, column + 1 < columns, row + 1 < rows];
