@@ -1,7 +1,7 @@
 //! A file that is being read: its bytes, its length, and its name in messages.
 
 use std::fs::File;
-use std::io::{BufRead, BufReader, Cursor, ErrorKind, Read, Seek};
+use std::io::{self, BufRead, BufReader, Cursor, ErrorKind, Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 
 use crate::DemError;
@@ -12,6 +12,48 @@ impl<T: BufRead + Seek> ReadSeek for T {}
 
 /// How much of a file's start tells its format.
 const START: u64 = 512;
+
+/// Knows where it is: to ask a file takes a system call, for each strip of a picture.
+struct Counted<R> {
+    inner: R,
+    here: u64,
+}
+
+impl<R: Read> Read for Counted<R> {
+    fn read(&mut self, bytes: &mut [u8]) -> io::Result<usize> {
+        let count = self.inner.read(bytes)?;
+        self.here += count as u64;
+        Ok(count)
+    }
+}
+
+impl<R: BufRead> BufRead for Counted<R> {
+    fn fill_buf(&mut self) -> io::Result<&[u8]> {
+        self.inner.fill_buf()
+    }
+
+    fn consume(&mut self, count: usize) {
+        self.inner.consume(count);
+        self.here += count as u64;
+    }
+}
+
+impl<R: Seek> Seek for Counted<R> {
+    fn seek(&mut self, to: SeekFrom) -> io::Result<u64> {
+        self.here = self.inner.seek(to)?;
+        Ok(self.here)
+    }
+
+    fn seek_relative(&mut self, step: i64) -> io::Result<()> {
+        self.inner.seek_relative(step)?;
+        self.here = self.here.wrapping_add_signed(step);
+        Ok(())
+    }
+
+    fn stream_position(&mut self) -> io::Result<u64> {
+        Ok(self.here)
+    }
+}
 
 pub struct Input {
     /// The file in messages.
@@ -33,7 +75,7 @@ impl Input {
         let file = File::open(path).map_err(io_error)?;
         let length = file.metadata().map_err(io_error)?.len();
         let file_name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
-        let file = Box::new(BufReader::with_capacity(1 << 15, file));
+        let file = Box::new(Counted { inner: BufReader::with_capacity(1 << 15, file), here: 0 });
         Self::new(path.display().to_string(), file_name, Some(path.to_owned()), length, file)
     }
 
@@ -94,8 +136,10 @@ impl Input {
     fn seek(&mut self, offset: u64) -> Result<(), DemError> {
         // A step rather than a place: what has been read ahead is kept.
         let here = self.file.stream_position().map_err(|e| self.read_error(e))?;
-        let step = (offset as i64).wrapping_sub(here as i64);
-        self.file.seek_relative(step).map_err(|e| self.read_error(e))
+        match (offset as i64).wrapping_sub(here as i64) {
+            0 => Ok(()),
+            step => self.file.seek_relative(step).map_err(|e| self.read_error(e)),
+        }
     }
 
     /// The file from a byte on.

@@ -167,7 +167,7 @@ impl Rule {
     /// then asks [`Self::height_m`] is told.
     fn keeps(&self, values: &[f32], look: &Look) -> bool {
         let [low, high] = look.range_m;
-        let are_heights = look.are_finite && low > -ABSURD as f32 && high < ABSURD as f32;
+        let are_heights = !look.has_nan && low > -ABSURD as f32 && high < ABSURD as f32;
         let voids = [self.nodata, self.undeclared].map(|void| void as f32);
         // Most are out of the range.
         let is_none = |void: f32| !(low..=high).contains(&void) || !values.contains(&void);
@@ -179,7 +179,8 @@ impl Rule {
 struct Look {
     /// The lowest and the highest; NaN is neither.
     range_m: [f32; 2],
-    are_finite: bool,
+    /// Whether there is any NaN, by their sum: where no height is [absurd](ABSURD), nothing else makes it one.
+    has_nan: bool,
 }
 
 impl Look {
@@ -187,11 +188,9 @@ impl Look {
         // Whatever NaN is compared with, it is not taken.
         let lower = |low: f32, height_m: f32| if height_m < low { height_m } else { low };
         let higher = |high: f32, height_m: f32| if height_m > high { height_m } else { high };
-        // Nothing is left of finite numbers times 0, and NaN of all others.
-        let nothing = |sum: f32, height_m: f32| sum + height_m * 0.0;
         Self {
             range_m: [fold(heights_m, f32::INFINITY, lower), fold(heights_m, f32::NEG_INFINITY, higher)],
-            are_finite: !fold(heights_m, 0.0, nothing).is_nan(),
+            has_nan: fold(heights_m, 0.0, |sum, height_m| sum + height_m).is_nan(),
         }
     }
 }
