@@ -16,12 +16,13 @@ const FEW: usize = 1 << 10;
 
 /// The deadlines of a level's patches, by place in the level ([`Grid::place_in_level`](crate::grid::Grid::place_in_level)).
 pub(crate) struct Deadlines {
-    /// Rounded down.
+    /// Rounded down; without the fresh ones.
     by_place: Vec<f32>,
     /// Soonest first. An entry is stale unless its place still has that deadline.
     queue: BinaryHeap<Reverse<Entry>>,
-    /// To be queued when a deadline is asked for: all at once is less work, and none where all is set anew before.
-    fresh: Vec<Reverse<Entry>>,
+    /// Set since a deadline was asked for, in order. They are put in place and queued when one is: all at once is less
+    /// work, and none where all is set anew before.
+    fresh: Vec<Entry>,
     /// So long a queue is cleared of stale entries.
     limit: usize,
 }
@@ -37,22 +38,23 @@ impl Deadlines {
 
     /// As if new. Whatever has a deadline has an entry.
     pub fn clear(&mut self) {
-        for Reverse((_, place)) in self.queue.drain().chain(self.fresh.drain(..)) {
-            self.by_place[place as usize] = NEVER;
-        }
+        self.queue.drain().for_each(|Reverse((_, place))| self.by_place[place as usize] = NEVER);
+        self.fresh.clear();
         self.limit = FEW;
     }
 
     pub fn set(&mut self, place: u32, deadline_m: f64) {
-        let deadline_m = rounded_down(deadline_m);
-        let before_m = std::mem::replace(&mut self.by_place[place as usize], deadline_m);
-        if deadline_m != before_m && deadline_m != NEVER {
-            self.fresh.push(Reverse((deadline_m.to_bits(), place)));
-        }
+        self.fresh.push((rounded_down(deadline_m).to_bits(), place));
     }
 
     fn queue_fresh(&mut self) {
-        self.queue.extend(self.fresh.drain(..));
+        let by_place = &mut self.by_place;
+        let is_news = |(bits, place): &Entry| {
+            let deadline_m = f32::from_bits(*bits);
+            std::mem::replace(&mut by_place[*place as usize], deadline_m) != deadline_m && deadline_m != NEVER
+        };
+        let news: Vec<_> = self.fresh.drain(..).filter(is_news).map(Reverse).collect();
+        self.queue.extend(news);
         if self.queue.len() > self.limit {
             let by_place = &self.by_place;
             self.queue.retain(|Reverse(entry)| is_current(by_place, *entry));

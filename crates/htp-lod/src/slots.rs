@@ -18,8 +18,12 @@ use terrain_core::{Buffer, Draw, FramePlan, Growth, PatchInstance};
 
 /// The instances of all drawn patches, and their places in the instance buffer.
 pub(crate) struct Slots {
-    /// By the patch's place ([`Grid::place_at`](crate::grid::Grid::place_at)): mask and slot, see [`place`], or [`NOWHERE`].
+    /// By the patch's place ([`Grid::place_at`](crate::grid::Grid::place_at)): mask and slot, see [`place`]. It counts where
+    /// that slot holds the patch, so that whatever leaves need not be looked up here: a sparse set (Briggs and Torczon 1993).
     places: Vec<u32>,
+    /// Whether places are out of date. They are found anew when one is asked for: all at once, and not at all where all is
+    /// drawn anew before.
+    unplaced: bool,
     /// By mask.
     arrays: [Array; MASKS],
     rooms: Rooms,
@@ -55,6 +59,7 @@ impl Slots {
     pub fn new(patches: u32) -> Self {
         Self {
             places: vec![NOWHERE; patches as usize],
+            unplaced: false,
             arrays: Default::default(),
             rooms: Rooms::new(MASKS),
             bytes: size_of::<PatchInstance>() as u64,
@@ -70,8 +75,7 @@ impl Slots {
     /// Draws nothing. What [enters](Self::enter) from now on is sent as a whole: less work where nearly all changes.
     pub fn clear(&mut self) {
         for array in &mut self.arrays {
-            let drawn = array.patches.drain(..).filter(|patch| *patch != NOWHERE);
-            drawn.for_each(|patch| self.places[patch as usize] = NOWHERE);
+            array.patches.clear();
             array.instances.clear();
             array.holes.clear();
         }
@@ -81,11 +85,36 @@ impl Slots {
     /// Draws a patch that was not drawn since all was cleared in this frame.
     #[inline]
     pub fn enter(&mut self, patch: u32, mask: u8, instance: PatchInstance) {
-        debug_assert!(self.anew && self.places[patch as usize] == NOWHERE, "patch {patch} is drawn already");
+        debug_assert!(self.anew);
+        self.unplaced = true;
         let array = &mut self.arrays[mask as usize];
-        self.places[patch as usize] = place(mask, array.patches.len());
         array.patches.push(patch);
         array.instances.push(instance);
+    }
+
+    /// Brings the places up to date.
+    fn find_places(&mut self) {
+        let Self { places, arrays, .. } = self;
+        let drawn = || {
+            let slots = (0..)
+                .zip(arrays.iter())
+                .flat_map(|(mask, array)| (0..).zip(&array.patches).map(move |slot| (mask, slot)));
+            slots.filter(|(_, (_, patch))| **patch != NOWHERE)
+        };
+        drawn().for_each(|(mask, (slot, patch))| places[*patch as usize] = place(mask, slot));
+        let is_there = |(mask, (slot, patch)): (u8, (usize, &u32))| places[*patch as usize] == place(mask, slot);
+        debug_assert!(drawn().all(is_there), "a patch is drawn twice");
+    }
+
+    /// Mask and slot of a patch that is drawn.
+    fn find(&mut self, patch: u32) -> Option<(u8, u32)> {
+        if std::mem::take(&mut self.unplaced) {
+            self.find_places();
+        }
+        let place = self.places[patch as usize];
+        let (mask, slot) = ((place >> SLOT_BITS) as u8, place & ((1 << SLOT_BITS) - 1));
+        let is_there = self.arrays.get(mask as usize)?.patches.get(slot as usize) == Some(&patch);
+        is_there.then_some((mask, slot))
     }
 
     /// Bytes of the instance buffer.
@@ -95,18 +124,17 @@ impl Slots {
 
     /// Draws a patch by the index list of a mask, or not at all.
     pub fn set(&mut self, patch: u32, mask: Option<u8>, instance: impl FnOnce() -> PatchInstance) {
-        let now = self.places[patch as usize];
-        let before = (now != NOWHERE).then_some((now >> SLOT_BITS) as u8);
-        if before == mask {
+        let before = self.find(patch);
+        if before.map(|(mask, _)| mask) == mask {
             return;
         }
-        if let Some(before) = before {
-            self.arrays[before as usize].leave(now & ((1 << SLOT_BITS) - 1));
+        if let Some((before, slot)) = before {
+            self.arrays[before as usize].leave(slot);
         }
-        self.places[patch as usize] = mask.map_or(NOWHERE, |mask| {
+        if let Some(mask) = mask {
             let slot = self.arrays[mask as usize].enter(patch, instance());
-            place(mask, slot)
-        });
+            self.places[patch as usize] = place(mask, slot);
+        }
     }
 
     /// Ends the frame: closes the holes and sends what was written. The buffer grows with the arrays.
