@@ -52,9 +52,10 @@ impl InSight {
         changed.into_iter().for_each(|square| self.mark(grid, square));
         let mut visit = Visit { grid, levels, layers: &mut self.layers, slots };
         culling.cells(grid, &mut |cell, culling| match culling {
+            Some(culling) if culling.is_whole() && visit.is_drawn(cell) => {}
             // Nothing is coarser than the top layer.
-            Some(culling) => visit.square(grid.spot(cell), [Some(0); 2], culling),
-            None => visit.clear(grid.spot(cell)),
+            Some(culling) => visit.square(cell, [Some(0); 2], culling),
+            None => visit.clear(cell),
         });
     }
 
@@ -120,6 +121,13 @@ struct Visit<'a> {
 }
 
 impl Visit<'_> {
+    /// Whether all of a cell is drawn as it should be: the masks of its own patches never change.
+    #[inline]
+    fn is_drawn(&self, Spot { square, index, .. }: Spot) -> bool {
+        let state = self.layers[square.level as usize].get(index); // nothing for level 0
+        state.is_some_and(|state| state.sight == Sight::Whole && !state.changed)
+    }
+
     /// `masks` holds the masks of the halves whose parent is split; `culling` is that of what is around the square.
     fn square(&mut self, spot: Spot, masks: [Option<u8>; 2], culling: Culling) {
         let Some(culling) = culling.inside(self.grid, spot) else { return self.clear(spot) };

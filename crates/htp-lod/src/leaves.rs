@@ -6,7 +6,7 @@
 //! drawn.
 
 use crate::blocks::ALL_COLLAPSED;
-use crate::grid::{Grid, Half, Kin, Layer, Patch, Spot, Square};
+use crate::grid::{Grid, Half, Kin, Layer, Patch, Spot};
 use crate::levels::Levels;
 use crate::sight::{Culling, Sight};
 
@@ -52,9 +52,9 @@ pub(crate) fn leaf_masks(coarser_sides: [Option<u8>; 2], kin: &Kin) -> [Option<u
 }
 
 /// Passes on the leaves of one cell whose square may be in sight.
-pub(crate) fn collect(grid: &Grid, levels: &Levels, cell: Square, culling: Culling, sink: &mut impl Sink) {
+pub(crate) fn collect(grid: &Grid, levels: &Levels, cell: Spot, culling: Culling, sink: &mut impl Sink) {
     // Nothing is coarser than the top layer.
-    Visit { grid, levels, sink }.square(grid.spot(cell), [Some(0); 2], culling);
+    Visit { grid, levels, sink }.square(cell, [Some(0); 2], culling);
 }
 
 struct Visit<'a, S> {

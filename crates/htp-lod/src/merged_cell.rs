@@ -61,7 +61,7 @@ impl MergedCell {
         }
         self.visible.clear();
         culling.cells_in_sight(grid, |cell, culling| {
-            self.visible.extend(culling.inside(grid, grid.spot(cell)).map(|_| cell));
+            self.visible.extend(culling.inside(grid, cell).map(|_| cell.square));
         });
     }
 
@@ -90,7 +90,7 @@ impl MergedCell {
     /// Collects the index list of a cell.
     fn merge_cell(&mut self, grid: &Grid, levels: &Levels, blocks: &Blocks, vertices: &CellVertices, cell: Square) {
         self.leaves.clear();
-        leaves::collect(grid, levels, cell, Culling::OFF, &mut self.leaves);
+        leaves::collect(grid, levels, grid.spot(cell), Culling::OFF, &mut self.leaves);
         self.indices.clear();
         for Leaf { patch, mask } in &self.leaves {
             let Range { start, end } = blocks.ranges[*mask as usize];

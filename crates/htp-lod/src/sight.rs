@@ -1,6 +1,6 @@
 //! How much of a square may be in sight, found from the top down: from the whole DEM to cells, and on to their squares.
 
-use crate::grid::{Grid, Region, Spot, Square};
+use crate::grid::{Grid, Region, Spot};
 use terrain_core::{Aabb, Planes, View};
 
 /// Regions with no more cells along a side are not cut any further.
@@ -51,12 +51,12 @@ impl<'a> Culling<'a> {
     }
 
     /// Passes on all cells, each with what is for some cells around it; none where these are out of sight.
-    pub fn cells(self, grid: &Grid, visit: &mut impl FnMut(Square, Option<Self>)) {
+    pub fn cells(self, grid: &Grid, visit: &mut impl FnMut(Spot, Option<Self>)) {
         self.cells_of(grid, grid.whole(), visit);
     }
 
     /// The same without those that are found to be out of sight.
-    pub fn cells_in_sight(self, grid: &Grid, mut visit: impl FnMut(Square, Self)) {
+    pub fn cells_in_sight(self, grid: &Grid, mut visit: impl FnMut(Spot, Self)) {
         self.cells(grid, &mut |cell, culling| {
             if let Some(culling) = culling {
                 visit(cell, culling);
@@ -65,7 +65,7 @@ impl<'a> Culling<'a> {
     }
 
     /// Those of a region, cut in halves where the frustum's planes do.
-    fn cells_of(self, grid: &Grid, region: Region, visit: &mut impl FnMut(Square, Option<Self>)) {
+    fn cells_of(self, grid: &Grid, region: Region, visit: &mut impl FnMut(Spot, Option<Self>)) {
         let culling = match self.0 {
             Some((view, planes)) => Self::across(view, &grid.region_bounds_world(region), planes),
             None => Some(self),
@@ -93,24 +93,24 @@ mod tests {
         let heights_m = (0..150 * 90).map(|_| random.range(0.0, 40.0) as f32).collect();
         let heightmap = Heightmap::new(150, 90, [1.0; 2], heights_m).unwrap();
         let grid = Grid::new(&heightmap, &Options { k: 2, layers: 2, ..Options::default() });
-        let index = |cell: Square| grid.spot(cell).index;
         let mut sights = [0; 3];
         for view in RandomWalk::new(1, &heightmap).take(200) {
             let (mut visited, mut found) = (BTreeSet::new(), BTreeSet::new());
             let culling = Culling::new(&view);
             culling.cells(&grid, &mut |cell, around| {
-                assert!(visited.insert(index(cell)), "{cell:?} comes twice");
-                let alone = culling.inside(&grid, grid.spot(cell)).map_or(Sight::None, Culling::sight);
-                let sight = around.and_then(|around| around.inside(&grid, grid.spot(cell)));
+                assert_eq!((cell.index, cell.at), (grid.spot(cell.square).index, grid.spot(cell.square).at));
+                assert!(visited.insert(cell.index), "{cell:?} comes twice");
+                let alone = culling.inside(&grid, cell).map_or(Sight::None, Culling::sight);
+                let sight = around.and_then(|around| around.inside(&grid, cell));
                 assert_eq!(sight.map_or(Sight::None, Culling::sight), alone, "{cell:?}");
                 sights[alone as usize] += 1;
                 if around.is_some() {
-                    found.insert(index(cell));
+                    found.insert(cell.index);
                 }
             });
             assert_eq!(visited.len(), grid.squares(grid.top()).count());
             let mut in_sight = BTreeSet::new();
-            culling.cells_in_sight(&grid, |cell, _| assert!(in_sight.insert(index(cell))));
+            culling.cells_in_sight(&grid, |cell, _| assert!(in_sight.insert(cell.index)));
             assert_eq!(in_sight, found);
         }
         assert!(sights.iter().all(|count| *count > 1000), "out of sight, in part, whole: {sights:?}");

@@ -117,7 +117,7 @@ impl Wishes {
         if grid.top() == 0 {
             return;
         }
-        for cell in grid.squares(grid.top()).map(|cell| grid.spot(cell)) {
+        for cell in grid.cells(grid.whole()) {
             let level = grid.top() as usize;
             if odometer.has_passed(self.deadlines_m[level][cell.index].into()) {
                 let deadline_m = self.ask(rule, odometer, cell, BOTH_HALVES, rule.distance_at_m(cell));

@@ -1,6 +1,6 @@
 //! Rectangles of cells.
 
-use super::{Grid, Square};
+use super::{Grid, Spot, Square};
 use std::ops::Range;
 use terrain_core::Aabb;
 
@@ -37,10 +37,17 @@ impl Grid {
         Region { first: [0; 2], end: self.layers[self.top() as usize].size }
     }
 
-    /// The cells of a region, row by row.
-    pub fn cells(&self, Region { first, end }: Region) -> impl Iterator<Item = Square> + use<> {
-        let (level, [columns, rows]) = (self.top(), [0, 1].map(|axis| -> Range<u32> { first[axis]..end[axis] }));
-        rows.flat_map(move |row| columns.clone().map(move |column| Square { level, column, row }))
+    /// The cells of a region, row by row, as they are stored.
+    #[inline]
+    pub fn cells(&self, Region { first, end }: Region) -> impl Iterator<Item = Spot> + use<> {
+        let (level, a_row) = (self.top(), self.layers[self.top() as usize].size[0] as usize);
+        let [columns, rows] = [0, 1].map(|axis| -> Range<u32> { first[axis]..end[axis] });
+        let spot = move |square @ Square { column, row, .. }: Square| Spot {
+            square,
+            index: row as usize * a_row + column as usize,
+            at: 0,
+        };
+        rows.flat_map(move |row| columns.clone().map(move |column| spot(Square { level, column, row })))
     }
 
     /// A world box around all cells of a region, as high as the whole DEM.

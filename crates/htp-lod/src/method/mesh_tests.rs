@@ -35,7 +35,7 @@ fn lot(seed: u64, square: Square) -> u8 {
 /// All leaves, in sight or not.
 fn all_leaves(method: &Htp) -> Vec<Leaf> {
     let (grid, mut leaves) = (&method.grid, Vec::new());
-    grid.squares(grid.top()).for_each(|cell| leaves::collect(grid, &method.levels, cell, Culling::OFF, &mut leaves));
+    grid.cells(grid.whole()).for_each(|cell| leaves::collect(grid, &method.levels, cell, Culling::OFF, &mut leaves));
     leaves
 }
 
