@@ -2,7 +2,8 @@
 //! `tiff`, which only fill a buffer.
 //!
 //! `cargo bench -p terrain-dem --bench load [-- SIDE...]`; without arguments 1025, 2049 and 4097 samples a side. The two
-//! take turns, on one thread, the file in the page cache; each figure is the least of several rounds.
+//! take turns, on one thread, the file in the page cache; each figure is the least of at least seven rounds, of small files of as many
+//! as half a second has: the machine's memory is fast in some moments and slow in others.
 
 use std::fs::File;
 use std::hint::black_box;
@@ -19,6 +20,7 @@ mod tiff_writer;
 use tiff_writer::{TiffFile, Value, compress};
 
 const ROUNDS: u32 = 7;
+const AT_LEAST: Duration = Duration::from_millis(500);
 
 /// Columns and rows of a tile, as GDAL makes them.
 const TILE: usize = 256;
@@ -50,7 +52,9 @@ fn compare(side: u32, name: &str, path: &Path, raw: fn(&Path)) {
     let options = ReadOptions { spacing_m: Some([30.0; 2]), ..ReadOptions::default() };
     let load = || drop(black_box(read(path, &options).expect("a sound file")));
     let (mut raw_time, mut load_time) = (Duration::MAX, Duration::MAX);
-    for _ in 0..ROUNDS {
+    let (mut rounds, start) = (0, Instant::now());
+    while rounds < ROUNDS || start.elapsed() < AT_LEAST {
+        rounds += 1;
         raw_time = raw_time.min(time(|| raw(path)));
         load_time = load_time.min(time(load));
     }
