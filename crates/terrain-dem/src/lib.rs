@@ -32,6 +32,7 @@
 mod atomic;
 mod dem_file;
 mod error;
+mod extremes;
 mod formats;
 mod georef;
 mod input;

@@ -4,6 +4,7 @@ use std::ops::{ControlFlow, Range};
 
 use terrain_core::Heightmap;
 
+use crate::extremes::{self, Extremes};
 use crate::georef::{GeoKeys, Georeference, Place, Spacing};
 use crate::part::Window;
 use crate::samples::SampleType;
@@ -165,45 +166,14 @@ impl Rule {
 
     /// Whether all of some floats are heights as they stand. One next to a void of more digits may count as none: whoever
     /// then asks [`Self::height_m`] is told.
-    fn keeps(&self, values: &[f32], look: &Look) -> bool {
-        let [low, high] = look.range_m;
-        let are_heights = !look.has_nan && low > -ABSURD as f32 && high < ABSURD as f32;
+    fn keeps(&self, values: &[f32], extremes: &Extremes) -> bool {
+        let [low, high] = extremes.range_m();
+        let are_heights = !extremes.has_nan() && low > -ABSURD as f32 && high < ABSURD as f32;
         let voids = [self.nodata, self.undeclared].map(|void| void as f32);
         // Most are out of the range.
         let is_none = |void: f32| !(low..=high).contains(&void) || !values.contains(&void);
         self.is_plain && are_heights && voids.into_iter().all(is_none)
     }
-}
-
-/// What one look at some heights tells.
-struct Look {
-    /// The lowest and the highest; NaN is neither.
-    range_m: [f32; 2],
-    /// Whether there is any NaN, by their sum: where no height is [absurd](ABSURD), nothing else makes it one.
-    has_nan: bool,
-}
-
-impl Look {
-    fn at(heights_m: &[f32]) -> Self {
-        // Whatever NaN is compared with, it is not taken.
-        let lower = |low: f32, height_m: f32| if height_m < low { height_m } else { low };
-        let higher = |high: f32, height_m: f32| if height_m > high { height_m } else { high };
-        Self {
-            range_m: [fold(heights_m, f32::INFINITY, lower), fold(heights_m, f32::NEG_INFINITY, higher)],
-            has_nan: fold(heights_m, 0.0, |sum, height_m| sum + height_m).is_nan(),
-        }
-    }
-}
-
-/// Folds heights side by side, so that none waits for the one before: by vector instructions. One fold at a time: the compiler
-/// makes a mess of two.
-fn fold(heights_m: &[f32], start: f32, one: impl Fn(f32, f32) -> f32) -> f32 {
-    let (lanes, rest) = heights_m.as_chunks::<16>();
-    let mut folded = [start; 16];
-    for lane in lanes {
-        folded.iter_mut().zip(lane).for_each(|(folded, height_m)| *folded = one(*folded, *height_m));
-    }
-    folded.iter().chain(rest).fold(start, |all, height_m| one(all, *height_m))
 }
 
 /// A range that holds another one, too.
@@ -398,9 +368,9 @@ impl<'a> Heights<'a> {
     /// Finds the voids among so many values of the row that begins at `start`, from a column on.
     fn judge(&mut self, start: usize, column: u32, count: usize) {
         let values = &self.heights_m[start + column as usize..][..count];
-        let look = Look::at(values);
-        if self.rule.keeps(values, &look) {
-            self.range_m = widened(self.range_m, look.range_m);
+        let extremes = Extremes::of(values);
+        if self.rule.keeps(values, &extremes) {
+            self.range_m = widened(self.range_m, extremes.range_m());
             self.found += count as u64;
         } else {
             let values = values.to_vec();
@@ -420,7 +390,7 @@ impl<'a> Heights<'a> {
             declared += u32::from(value == self.rule.nodata);
             undeclared += u32::from(value == self.rule.undeclared);
         }
-        self.range_m = widened(self.range_m, Look::at(&target[..all as usize]).range_m);
+        self.range_m = widened(self.range_m, extremes::range_m(&target[..all as usize]));
         self.found += u64::from(found);
         self.undeclared += u64::from(undeclared);
         self.absurd += u64::from(all - found - declared - undeclared);

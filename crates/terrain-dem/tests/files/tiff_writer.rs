@@ -112,8 +112,10 @@ pub struct Variant {
     /// The number in the tag.
     pub compression: u16,
     pub predictor: u16,
-    /// Columns and rows of a tile, or else strips of 4 rows.
+    /// Columns and rows of a tile, if there are tiles.
     pub tile: Option<[usize; 2]>,
+    /// Rows of a strip otherwise.
+    pub strip: usize,
     pub bands: usize,
     pub is_planar: bool,
 }
@@ -127,13 +129,14 @@ impl Variant {
             compression: 1,
             predictor: 1,
             tile: None,
+            strip: 4,
             bands: 1,
             is_planar: false,
         }
     }
 
     fn chunk_size(&self) -> [usize; 2] {
-        self.tile.unwrap_or([SIDE[0], 4])
+        self.tile.unwrap_or([SIDE[0], self.strip])
     }
 
     /// The samples of one row of a chunk, padded by the last ones.
@@ -192,7 +195,7 @@ impl Variant {
             Some([width, height]) => {
                 tags.extend([(322, Shorts(vec![width as u16])), (323, Longs(vec![height as u32]))]);
             }
-            None => drop(tags.insert(278, Shorts(vec![4]))),
+            None => drop(tags.insert(278, Shorts(vec![self.strip as u16]))),
         }
         let mut file = TiffFile {
             is_big_endian: self.is_big_endian,

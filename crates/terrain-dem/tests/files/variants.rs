@@ -1,6 +1,6 @@
 //! The same grid in many variants has the same heights: floats bit by bit, integers exactly.
 
-use terrain_dem::{ColourCode, Dem, HeightUnit, RawLayout, ReadOptions, VoidPolicy, read, read_bytes};
+use terrain_dem::{ColourCode, Crop, Dem, HeightUnit, RawLayout, ReadOptions, VoidPolicy, read, read_bytes};
 
 use crate::tiff_writer::{Kind, SIDE, TiffFile, UTM_KEYS, Value, Variant};
 use crate::writers::{self, GRID};
@@ -40,10 +40,13 @@ fn tiff_in_all_combinations() {
                 [(1, 1..=1), (5, 1..=3), (8, 1..=3), (32946, 1..=1), (32773, 1..=1), (50000, 1..=3)]
             {
                 for predictor in predictors.filter(|predictor| *predictor != 3 || kind.is_float()) {
-                    for tile in [None, Some([16, 16]), Some([4, 16]), Some([5, 3])] {
+                    // Strips of 3 rows end with the picture, so that those of several bands follow each other as whole ones.
+                    let strips = [3, 4].map(|strip| (None, strip));
+                    let tiles = [[16, 16], [4, 16], [5, 3]].map(|tile| (Some(tile), 4));
+                    for (tile, strip) in strips.into_iter().chain(tiles) {
                         for (bands, is_planar) in [(1, false), (3, false), (3, true)] {
-                            let variant =
-                                Variant { kind, is_big_endian, is_big, compression, predictor, tile, bands, is_planar };
+                            let order = Variant { is_big_endian, is_big, ..Variant::plain(kind) };
+                            let variant = Variant { compression, predictor, tile, strip, bands, is_planar, ..order };
                             let dem = load("a.tif", variant.file().bytes());
                             assert_eq!(bits(heights(&dem)), expected, "{variant:?}");
                             assert_eq!(dem.heightmap.spacing_m(), [30.0, 40.0], "{variant:?}");
@@ -95,8 +98,8 @@ fn int16() -> TiffFile {
 
 #[test]
 fn a_band_is_chosen() {
-    for is_planar in [false, true] {
-        let file = Variant { bands: 3, is_planar, ..Variant::plain(Kind::I16) }.file();
+    for (is_planar, strip) in [(false, 3), (false, 4), (true, 3), (true, 4)] {
+        let file = Variant { bands: 3, is_planar, strip, ..Variant::plain(Kind::I16) }.file();
         let dem = load_with("a.tif", file.bytes(), ReadOptions { band: Some(3), ..ReadOptions::default() });
         assert!(heights(&dem).iter().all(|height| *height == 2.0) && dem.reading.bands == 3);
         let first = load("a.tif", file.bytes());
@@ -191,6 +194,80 @@ fn tiles_that_are_left_out_are_voids() {
         dem.reading.warnings,
         ["16 of 117 samples (13.675 %) are voids: left open (--voids fill fills them from their rim)"]
     );
+}
+
+/// Strips that follow each other are read as one. Those that do not are found one by one: longer than their rows, in another
+/// order, or left out where there would be room for them.
+#[test]
+fn strips_wherever_they_are() {
+    for kind in [Kind::F32, Kind::I16] {
+        let file = Variant::plain(kind).file();
+        let lengths: Vec<u32> = file.chunks.iter().map(|chunk| chunk.len() as u32).collect();
+        // Behind the header of 8 bytes.
+        let starts = |lengths: &[u32]| (0..3).map(|i| 8 + lengths[..i].iter().sum::<u32>()).collect::<Vec<u32>>();
+        let load_at = |file: &TiffFile, offsets: Vec<u32>, lengths: &[u32]| {
+            let file = TiffFile { tags: file.tags.clone(), chunks: file.chunks.clone(), ..*file };
+            load("a.tif", file.with(273, Value::Longs(offsets)).with(279, Value::Longs(lengths.to_vec())).bytes())
+        };
+        let turned = |mut values: Vec<u32>| {
+            values.reverse();
+            values
+        };
+        let mut backwards = Variant::plain(kind).file();
+        backwards.chunks.reverse();
+        let offsets = turned(starts(&turned(lengths.clone())));
+        let expected = bits(&tiff_grid(kind));
+        assert_eq!(bits(heights(&load_at(&backwards, offsets, &lengths))), expected, "{kind:?}");
+        for strip in 0..3 {
+            let with = |length: u32| {
+                let mut lengths = lengths.clone();
+                lengths[strip] = length;
+                lengths
+            };
+            let longer = load_at(&file, starts(&lengths), &with(lengths[strip] + 5));
+            assert_eq!(bits(heights(&longer)), expected, "{kind:?}, {strip} longer");
+            let voids = load_at(&file, starts(&lengths), &with(0)).voids.expect("a strip is missing");
+            let rows = strip * 4..SIDE[1].min(strip * 4 + 4);
+            let are_voids = rows.clone().all(|row| (0..SIDE[0]).all(|column| voids.is_void(column as u32, row as u32)));
+            assert!(are_voids && voids.count() as usize == rows.len() * SIDE[0], "{kind:?}, without {strip}");
+        }
+    }
+}
+
+/// As if they were not compressed.
+#[test]
+fn compressed_strips_as_long_as_plain_ones() {
+    let variant = Variant { strip: 3, compression: 8, predictor: 2, ..Variant::plain(Kind::U32) };
+    let mut file = variant.file();
+    for chunk in &mut file.chunks {
+        assert!(chunk.len() < 3 * SIDE[0] * 4);
+        chunk.resize(3 * SIDE[0] * 4, 0);
+    }
+    assert_eq!(bits(heights(&load("a.tif", file.bytes()))), bits(&tiff_grid(variant.kind)));
+}
+
+/// 43 strips of 8,400 bytes become three longer ones, of which a part may be all that is wanted.
+#[test]
+fn strips_that_are_read_together() {
+    const SIDE: usize = 300;
+    let height_m = |i: usize| (i % 977) as f32 * 1.25 + 100.0;
+    let chunk = |rows: std::ops::Range<usize>| -> Vec<u8> {
+        (rows.start * SIDE..rows.end * SIDE).flat_map(|i| height_m(i).to_le_bytes()).collect()
+    };
+    let mut file = Variant::plain(Kind::F32).file();
+    file.chunks = (0..SIDE).step_by(7).map(|row| chunk(row..SIDE.min(row + 7))).collect();
+    for (tag, value) in [(256, SIDE), (257, SIDE), (278, 7)] {
+        file.tags.insert(tag, Value::Shorts(vec![value as u16]));
+    }
+    let all: Vec<f32> = (0..SIDE * SIDE).map(height_m).collect();
+    let whole = load("a.tif", file.bytes());
+    assert_eq!((heights(&whole), whole.reading.format.as_str()), (&*all, "GeoTIFF, strips of 7, uncompressed"));
+    for [first, rows] in [[0, 2], [111, 3], [112, 100], [223, 5], [224, 76], [298, 2]] {
+        let crop = Crop::parse(&format!("290x{rows}+4+{first}"));
+        let part = load_with("a.tif", file.bytes(), ReadOptions { crop, ..ReadOptions::default() });
+        let expected: Vec<f32> = (first..first + rows).flat_map(|row| all[row * SIDE + 4..][..290].to_vec()).collect();
+        assert_eq!(heights(&part), expected, "{rows} rows from {first}");
+    }
 }
 
 #[test]

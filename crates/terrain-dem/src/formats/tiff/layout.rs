@@ -94,6 +94,21 @@ impl Layout {
         if self.is_tiled { "tile" } else { "strip" }
     }
 
+    /// Makes longer strips of those that follow each other in the file, of `bytes` or more where there are as many: GDAL writes
+    /// some 8 KB a strip, less than a read is worth.
+    pub fn join_strips(&mut self, bytes: u64) {
+        let strip_bytes = self.row_bytes() * self.chunk_rows as u64;
+        let joined = bytes.div_ceil(strip_bytes) as usize;
+        let is_plain = (self.compression, self.is_tiled, self.is_planar) == (Compression::None, false, false);
+        let is_next = |pair: &[[u64; 2]]| pair[0][1] == strip_bytes && pair[0][0] + strip_bytes == pair[1][0];
+        let is_last_there = self.chunks.last().is_some_and(|[_, bytes]| *bytes != 0);
+        if is_plain && is_last_there && self.chunks.windows(2).all(is_next) {
+            let join = |strips: &[[u64; 2]]| [strips[0][0], strips.iter().map(|[_, bytes]| bytes).sum()];
+            self.chunks = self.chunks.chunks(joined).map(join).collect();
+            self.chunk_rows *= joined as u32;
+        }
+    }
+
     fn check_row(&self) -> Result<(), String> {
         let bytes = self.chunk_columns as u64 * self.samples.bytes() as u64;
         if bytes.saturating_mul(self.interleaved() as u64) <= MAX_ROW_BYTES {

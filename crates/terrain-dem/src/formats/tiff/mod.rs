@@ -22,7 +22,7 @@ use layout::Layout;
 use predictor::{Predictor, RowLayout};
 
 /// Bytes that are read at once, to the end of the row: a core has them at hand still when they are judged.
-const AT_ONCE: u64 = 1 << 16;
+const AT_ONCE: u64 = 1 << 17;
 
 pub struct TiffGrid {
     input: Input,
@@ -55,6 +55,7 @@ pub fn open(mut input: Input, band: Option<u32>, overview: Option<u32>) -> Resul
     if let Some(overview) = overview {
         layout = overview::read(&mut input, &tags, overview, &mut facts)?;
     }
+    layout.join_strips(AT_ONCE);
     Ok(TiffGrid { input, facts, layout, order: tags.order, band: chosen - 1 })
 }
 
