@@ -228,10 +228,8 @@ pub struct Decoded {
 impl Decoded {
     /// Heights with NaN at voids of which no more is known.
     pub fn of(heights_m: Vec<f32>) -> Self {
-        let heights = || heights_m.iter().copied().filter(|height_m| !height_m.is_nan());
-        let wider = |[low, high]: [f32; 2], height_m: f32| [low.min(height_m), high.max(height_m)];
-        let range_m = heights().fold([f32::INFINITY, f32::NEG_INFINITY], wider);
-        let found = heights().count() as u64;
+        let range_m = extremes::range_m(&heights_m);
+        let found = heights_m.iter().filter(|height_m| !height_m.is_nan()).count() as u64;
         Self { heights_m, found, range_m, absurd: 0, undeclared: 0, gaps: 0, notes: Vec::new() }
     }
 
